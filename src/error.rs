@@ -34,6 +34,12 @@ pub type Result<T> = std::result::Result<T, Error>;
 
 impl Error {
     /// Exit code of the process: 1 defect, 2 usage or job, 3 input data, 4 not converged, 5 stopped, 6 I/O, 7 memory.
+    ///
+    /// ```
+    /// use railsqueal::Error;
+    ///
+    /// assert_eq!(Error::Job("contact.friction: found -1".into()).exit_code(), 2);
+    /// ```
     pub fn exit_code(&self) -> i32 {
         match self {
             Error::Defect(_) => 1,

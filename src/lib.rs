@@ -1,7 +1,59 @@
-//! railsqueal: rolling contact with Coulomb friction between finite-element bodies in an Eulerian frame,
-//! the stability of steady sliding, and the squeal that follows.
+//! Rolling contact with Coulomb friction between finite-element bodies in an Eulerian frame, the stability of steady
+//! rolling, and the squeal that follows.
 //!
-//! Data flows down this list and never back up; see `docs/` for the theory and the conventions.
+//! The crate is the library behind the program `railsqueal`: one job file in, one result file out. It can be used by
+//! itself for single parts, such as a contact of half-spaces, a wheel on a rail by their profiles, or a friction law.
+//!
+//! # Example
+//!
+//! The point of contact of a wheel S1002 on a rail 60E1, and Hertz' ellipse under 60 kN:
+//!
+//! ```
+//! use railsqueal::placement::builtin::{rail_60e1, s1002};
+//! use railsqueal::placement::{Placement, Position, Press, TrackSide};
+//!
+//! let placement = Placement {
+//!     side: TrackSide::Right,
+//!     gauge: 1.435,
+//!     gauge_depth: 0.014,
+//!     cant: 0.025_f64.atan(),
+//!     radius: 0.46,
+//!     circles: 1.5,
+//!     position: Position::Shift { lateral: -4e-3, yaw: 0.010, roll: 0.0 },
+//!     near: None,
+//! };
+//! let placed = placement.place(&s1002()?, &rail_60e1()?)?;
+//! let touch = placed.touch();
+//! let ellipse = placed.ellipse(0.5 * 210e9 / 0.91, Press::Force(60e3))?;
+//! assert!((touch.angle + 9.64e-3).abs() < 1e-4);
+//! assert!((1e3 * ellipse.semi_axes[0] - 5.81).abs() < 0.02);
+//! # Ok::<(), railsqueal::Error>(())
+//! ```
+//!
+//! # Where to look
+//!
+//! | for | look at |
+//! |---|---|
+//! | the job file | [`job::Job`], [`job::schema`] |
+//! | wheel and rail by their profiles | [`placement`], [`rails`], [`curving`] |
+//! | steady rolling with friction | [`contact::SteadyProblem`], [`friction::FrictionLaw`], [`body::half_space`] |
+//! | creep forces in closed form | [`contact::baseline`] |
+//! | modes and compliance of bodies | [`body`], [`swept`], [`fem`], [`eigen`] |
+//! | the reduced model of two bodies | [`model`] |
+//! | eigenvalues, growth rates | [`stability`] |
+//! | steps in time, limit cycles | [`transient`] |
+//! | sound | [`sound`] |
+//! | whole runs | [`analysis`], [`plan`] |
+//! | the result file | [`output`] |
+//!
+//! Theory, conventions and limits are in the pages of `docs/`: `docs/explanation`, `docs/reference/conventions.md` and
+//! `docs/explanation/limits.md`. Data flows down the list of rooms in `docs/developers/architecture.md` and never back
+//! up.
+//!
+//! # What it does not do
+//!
+//! Plasticity, wear and temperature; large strains; dynamics of a vehicle in time; several contacts of one wheel at
+//! once; reflections of sound. Units are SI throughout.
 
 #![deny(unsafe_code)]
 // What input can reach must not panic.

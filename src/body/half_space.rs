@@ -15,6 +15,15 @@ use crate::{Error, Result};
 use faer::Mat;
 
 /// Isotropic material of a half-space.
+///
+/// ```
+/// use railsqueal::body::half_space::HalfSpace;
+///
+/// let steel = HalfSpace { young: 210e9, poisson: 0.3 };
+/// assert!((steel.shear() - 80.77e9).abs() < 1e7);
+/// // Two alike bodies have the contact modulus E* = E / 2(1 − ν²).
+/// assert!((0.5 * steel.plane() - 115.4e9).abs() < 1e8);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfSpace {
     /// Young's modulus E, Pa.
@@ -37,6 +46,16 @@ impl HalfSpace {
     /// Surface displacement (x, y, n) at the offset `at` (m) from the centre of a rectangle of sides `sides` (m),
     /// under a unit force spread evenly over the rectangle: column c is for the force along c of (x, y, n). m/N,
     /// `[row][column]`.
+    ///
+    /// ```
+    /// use railsqueal::body::half_space::HalfSpace;
+    ///
+    /// let steel = HalfSpace { young: 210e9, poisson: 0.3 };
+    /// // Far away a pressed square acts as a point force: u_n = (1 − ν) F / (2π G r).
+    /// let far = steel.influence([0.1, 0.0], [1e-3, 1e-3])[2][2];
+    /// let point = 0.7 / (2.0 * std::f64::consts::PI * steel.shear() * 0.1);
+    /// assert!((far / point - 1.0).abs() < 1e-4);
+    /// ```
     pub fn influence(&self, at: [f64; 2], sides: [f64; 2]) -> [[f64; 3]; 3] {
         // Antiderivatives of 1/r, X²/r³, Y²/r³, XY/r³, X/r², Y/r² over both coordinates, summed with alternate signs
         // over the four corners.

@@ -27,6 +27,14 @@ pub enum Stencil {
 pub const SPIN_SPACINGS: f64 = 14.0;
 
 /// Creepages of the undeformed bodies: rigid creep velocity divided by the rolling speed V.
+///
+/// ```
+/// use railsqueal::contact::Creepage;
+///
+/// let creepage = Creepage { lateral: 0.003, spin: 0.5, ..Creepage::default() };
+/// // Spin turns the surface about the centre of the contact.
+/// assert!((creepage.rigid(0.004, 0.0)[1] - 0.005).abs() < 1e-15);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Creepage {
     /// Longitudinal creepage ξ, 1.
@@ -46,6 +54,13 @@ impl Creepage {
 
     /// Returns true if spin rules: the rigid slip that it makes at the edge of a contact with the half axes `half`, m,
     /// is more than that of the other creepages.
+    ///
+    /// ```
+    /// use railsqueal::contact::Creepage;
+    ///
+    /// let creepage = Creepage { lateral: 1e-3, spin: 0.5, ..Creepage::default() };
+    /// assert!(creepage.is_ruled_by_spin([5e-3, 5e-3]));
+    /// ```
     pub fn is_ruled_by_spin(&self, half: [f64; 2]) -> bool {
         self.spin.abs() * (half[0] * half[1]).sqrt() > self.longitudinal.hypot(self.lateral)
     }

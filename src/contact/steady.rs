@@ -22,6 +22,35 @@ pub enum NormalLoad {
 }
 
 /// A steady rolling contact problem on an interface of n nodes.
+///
+/// ```
+/// use railsqueal::body::half_space::HalfSpace;
+/// use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
+/// use railsqueal::friction::FrictionLaw;
+/// use railsqueal::grid::Interface;
+/// use railsqueal::model::combined_compliance;
+///
+/// let steel = HalfSpace { young: 210e9, poisson: 0.3 };
+/// let interface = Interface::paraboloid(15, 15, [7e-3, 7e-3], [4.0, 4.0])?;
+/// let one = steel.compliance(&interface.x, &interface.y)?;
+/// let both = combined_compliance(one.as_ref(), one.as_ref())?;
+/// let solution = SteadyProblem {
+///     interface: &interface,
+///     compliance: both.as_ref().into(),
+///     friction: FrictionLaw::Constant(0.3),
+///     speed: 10.0,
+///     creepage: Creepage { lateral: 0.003, ..Creepage::default() },
+///     load: NormalLoad::Force(70e3),
+///     stencil: Stencil::Edge,
+///     tolerance: 1e-8,
+///     max_iterations: 200,
+/// }
+/// .solve()?;
+/// assert!((solution.force[2] + 70e3).abs() < 1.0);
+/// // A positive lateral creepage gives a negative lateral force on body 1, here some 0.72 μN.
+/// assert!((solution.force[1] / (0.3 * 70e3) + 0.72).abs() < 0.03);
+/// # Ok::<(), railsqueal::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct SteadyProblem<'a> {
     /// The interface.

@@ -109,6 +109,19 @@ laws! {
 
 impl FrictionLaw {
     /// μ at the sliding velocity `v` ≥ 0, m/s.
+    ///
+    /// ```
+    /// use railsqueal::friction::FrictionLaw;
+    ///
+    /// let law: FrictionLaw = serde_json::from_str(
+    ///     r#"{"exponential": {"static": 0.4, "kinetic": 0.3, "decay_velocity": 0.5}}"#,
+    /// )
+    /// .expect("a law as a job has it");
+    /// assert!((law.coefficient(0.0) - 0.4).abs() < 1e-15);
+    /// assert!(law.slope(0.1) < 0.0);
+    /// // The coefficient of a particle follows the law over 20 µm of sliding.
+    /// assert_eq!(law.memory().map(|m| m.length), Some(2e-5));
+    /// ```
     #[inline]
     pub fn coefficient(&self, v: f64) -> f64 {
         match self {

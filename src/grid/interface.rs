@@ -74,6 +74,17 @@ impl Interface {
 
     /// A uniform grid of `nx` × `ny` nodes over [−half_length, half_length] × [−half_width, half_width] (m) whose gap
     /// is that of two bodies with relative curvatures `curvature_x`, `curvature_y` (1/m): g0 = (κx x² + κy y²)/2.
+    ///
+    /// ```
+    /// use railsqueal::grid::Interface;
+    ///
+    /// // Two bodies with radii of 0.5 m both ways: relative curvatures of 4 1/m.
+    /// let interface = Interface::paraboloid(15, 15, [7e-3, 7e-3], [4.0, 4.0])?;
+    /// assert_eq!(interface.len(), 225);
+    /// // The gap at the corner of the patch.
+    /// assert!((interface.gap[0] - 1.96e-4).abs() < 1e-9);
+    /// # Ok::<(), railsqueal::Error>(())
+    /// ```
     pub fn paraboloid(nx: usize, ny: usize, half: [f64; 2], curvature: [f64; 2]) -> Result<Self> {
         let line = |n: usize, h: f64| -> Vec<f64> {
             (0..n).map(|i| h * (2.0 * i as f64 / (n.max(2) - 1) as f64 - 1.0)).collect()

@@ -59,6 +59,21 @@ pub fn read_file(path: &Path) -> Result<Vec<u8>> {
 impl Job {
     /// Parses, overrides (`sets`: `PATH=VALUE`), validates and resolves a job. `path` names it in messages, and files
     /// named in the job are relative to its folder. `only` keeps the one analysis of that name.
+    ///
+    /// ```
+    /// use railsqueal::job::Job;
+    ///
+    /// let text = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/two-cylinders.json"));
+    /// let sets = ["contact.normal_load=50e3".to_string()];
+    /// let job = Job::from_bytes(text, "jobs/two-cylinders.json".as_ref(), &sets, Some("steady"))?;
+    /// assert_eq!(job.analyses.names(), ["steady"]);
+    ///
+    /// // A fault names its key.
+    /// let wrong = ["contact.frictoin=0.3".to_string()];
+    /// let error = Job::from_bytes(text, "jobs/two-cylinders.json".as_ref(), &wrong, None).unwrap_err();
+    /// assert!(error.to_string().contains("frictoin"));
+    /// # Ok::<(), railsqueal::Error>(())
+    /// ```
     pub fn from_bytes(bytes: &[u8], path: &Path, sets: &[String], only: Option<&str>) -> Result<Job> {
         Self::of_format(bytes, path, sets, only, &Format::PRESENT)
     }

@@ -5,6 +5,11 @@ use serde_json::{Map, Value};
 use std::sync::OnceLock;
 
 /// The JSON Schema (draft 2020-12) of the job, as `railsqueal schema` prints it.
+///
+/// ```
+/// let schema = railsqueal::job::schema();
+/// assert!(schema["properties"]["contact"].is_object());
+/// ```
 pub fn schema() -> Value {
     known().clone()
 }

@@ -7,6 +7,13 @@ use crate::Result;
 /// The wheel profile S1002 of EN 13715 (UIC 510-2), from the flange to the field side. The coefficients are those of
 /// the standard, for lengths in mm, y from the running circle and positive to the field side, z down; the standard
 /// ends the flange at y = −70 mm, where the line is vertical: it is cut 0.25 mm before.
+///
+/// ```
+/// let profile = railsqueal::placement::builtin::s1002()?;
+/// // z is down; the flange, at negative y, reaches below the running circle.
+/// assert!(profile.contains(0.0) && profile.at(0.0).z.abs() < 1e-6);
+/// # Ok::<(), railsqueal::Error>(())
+/// ```
 pub fn s1002() -> Result<Profile> {
     // Section H, G, F, D are arcs of circles: centre and radius, positive below the centre; E, C, B, A polynomials.
     let arc = |y: f64, z: f64, radius: f64| Piece::Arc { centre: [1e-3 * y, 1e-3 * z], radius: 1e-3 * radius };

@@ -34,6 +34,16 @@ impl Ellipse {
     /// The contact of two surfaces whose gap is ½ (x, y) H (x, y)ᵀ, `relative` = H in 1/m, with the contact modulus
     /// E* (Pa), 1/E* = Σ (1 − ν²)/E (K. L. Johnson, Contact Mechanics, 1985, section 4.2, eqs. 4.25 to 4.28).
     ///
+    /// ```
+    /// use railsqueal::placement::{Ellipse, Press};
+    ///
+    /// // Two steel balls with radii of 0.5 m under 70 kN, E* = 115.4 GPa.
+    /// let ellipse = Ellipse::new([[4.0, 0.0], [0.0, 4.0]], 115.4e9, Press::Force(70e3))?;
+    /// assert!((ellipse.semi_axes[0] - 4.845e-3).abs() < 1e-5);
+    /// assert!((ellipse.pressure - 1.424e9).abs() < 5e6);
+    /// # Ok::<(), railsqueal::Error>(())
+    /// ```
+    ///
     /// # Errors
     /// Surfaces that fit each other so closely that there is no ellipse, or one more than 50 times as long as wide; a
     /// load that is not positive.

@@ -117,6 +117,28 @@ pub enum Position {
 }
 
 /// A wheel and a rail to be placed, m and rad.
+///
+/// ```
+/// use railsqueal::placement::builtin::{rail_60e1, s1002};
+/// use railsqueal::placement::{Placement, Position, Press, TrackSide};
+///
+/// let placement = Placement {
+///     side: TrackSide::Right,
+///     gauge: 1.435,
+///     gauge_depth: 0.014,
+///     cant: 0.025_f64.atan(),
+///     radius: 0.46,
+///     circles: 1.5,
+///     position: Position::Shift { lateral: -4e-3, yaw: 0.010, roll: 0.0 },
+///     near: None,
+/// };
+/// let placed = placement.place(&s1002()?, &rail_60e1()?)?;
+/// let ellipse = placed.ellipse(0.5 * 210e9 / 0.91, Press::Force(60e3))?;
+/// assert!((ellipse.pressure - 956e6).abs() < 2e6);
+/// // It touches at one place alone.
+/// assert!(placed.others(ellipse.approach)?.is_empty());
+/// # Ok::<(), railsqueal::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Placement {
     /// Side of the track.

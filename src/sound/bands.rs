@@ -4,6 +4,14 @@ use crate::{Error, Result};
 
 /// Third-octave bands side by side. Band n has the exact centre 1000 · 10^(n/10) Hz and ends 10^(1/20) below and
 /// above it.
+///
+/// ```
+/// use railsqueal::sound::Bands;
+///
+/// let bands = Bands::of(800.0, 1250.0);
+/// assert_eq!(bands.nominal(), [800.0, 1000.0, 1250.0]);
+/// assert!((bands.centres()[0] - 794.3).abs() < 0.1);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Bands {
     first: i32,
@@ -104,6 +112,13 @@ pub fn resolving_time(lowest: f64) -> f64 {
 }
 
 /// A-weighting at the frequency `f` (Hz), dB: IEC 61672-1:2013, annex E.
+///
+/// ```
+/// use railsqueal::sound::bands::a_weighting;
+///
+/// assert!(a_weighting(1000.0).abs() < 0.01);
+/// assert!((a_weighting(100.0) + 19.1).abs() < 0.1);
+/// ```
 pub fn a_weighting(f: f64) -> f64 {
     let response = |f: f64| {
         let s = f * f;

@@ -31,12 +31,22 @@ pub struct Air {
 
 impl Air {
     /// Wave number at the frequency `f` (Hz), 1/m.
+    ///
+    /// ```
+    /// let air = railsqueal::sound::Air { density: 1.2, speed: 340.0 };
+    /// // A wave of 340 Hz is 1 m long.
+    /// assert!((air.wave_number(340.0) - 2.0 * std::f64::consts::PI).abs() < 1e-12);
+    /// ```
     pub fn wave_number(&self, f: f64) -> f64 {
         2.0 * std::f64::consts::PI * f / self.speed
     }
 }
 
 /// Level of a sound power (W) in dB re 1 pW; −∞ for none.
+///
+/// ```
+/// assert_eq!(railsqueal::sound::level(1.0).round(), 120.0);
+/// ```
 pub fn level(power: f64) -> f64 {
     10.0 * (power / 1e-12).log10()
 }
@@ -46,6 +56,14 @@ const DISTANCE: f64 = 7.5;
 
 /// Sound pressure level, dB re 20 µPa, 7.5 m from a source on hard ground with the power level `power` (dB re 1 pW)
 /// that radiates alike in all directions above it: its power goes through half a sphere, p² = ρc W/(2πd²).
+///
+/// ```
+/// use railsqueal::sound::{pressure_level, Air};
+///
+/// let air = Air { density: 1.2, speed: 340.0 };
+/// // 25.4 dB below the power level.
+/// assert!((pressure_level(air, 112.0) - 86.6).abs() < 0.1);
+/// ```
 pub fn pressure_level(air: Air, power: f64) -> f64 {
     let square = air.density * air.speed * 1e-12 / (2.0 * std::f64::consts::PI * DISTANCE * DISTANCE);
     power + 10.0 * (square / (20e-6f64 * 20e-6)).log10()

@@ -36,6 +36,14 @@ pub fn is_rigid(value: Complex<f64>) -> bool {
 
 /// True for a motion of the eigenvalue `value` (1/s), found with `backward_error`, that is not rigid and grows by more
 /// than rounding: the only rule by which anything is called unstable.
+///
+/// ```
+/// use num_complex::Complex;
+/// use railsqueal::stability::grows;
+///
+/// assert!(grows(Complex::new(2.8, 6063.0), 1e-12));
+/// assert!(!grows(Complex::new(1e-9, 6063.0), 1e-12));
+/// ```
 pub fn grows(value: Complex<f64>, backward_error: f64) -> bool {
     !is_rigid(value) && value.re > (ROUNDING[0] + ROUNDING[1] * backward_error) * value.norm().max(DRIFT)
 }

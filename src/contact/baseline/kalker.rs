@@ -48,6 +48,16 @@ const LONG: [Row; 10] = [
 
 /// The coefficients for Poisson's ratio `poisson` and the half-axes a/b = `ratio`, between 0.1 and 10: straight
 /// between the ratios of the table, and in ν the parabola of the inverses. None beyond the table.
+///
+/// ```
+/// use railsqueal::contact::baseline::coefficients;
+///
+/// let round = coefficients(0.25, 1.0).expect("within the table");
+/// let table = [4.12, 3.67, 1.47];
+/// let found = [round.longitudinal, round.lateral, round.spin];
+/// assert!(found.iter().zip(table).all(|(a, b)| (a - b).abs() < 1e-12));
+/// assert!(coefficients(0.25, 0.01).is_none());
+/// ```
 pub fn coefficients(poisson: f64, ratio: f64) -> Option<Coefficients> {
     let (table, g) = if ratio <= 1.0 { (&NARROW, ratio) } else { (&LONG, 1.0 / ratio) };
     if !(g >= 0.1 && (0.0..=0.5).contains(&poisson)) {
