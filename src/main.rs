@@ -228,7 +228,7 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String], stop: &
         let said = print(&summary.to_string());
         if !unused.is_empty() {
             let names = unused.join(", ");
-            let _ = writeln!(std::io::stderr(), "railsqueal: warning: PETSc options that nothing asked for: {names}");
+            let _ = writeln!(std::io::stderr(), "railsqueal: warning: unused PETSc options: {names}");
         }
         summary.failure().map_or(said, |e| Err(e.clone()))
     })?;
@@ -265,7 +265,7 @@ fn examine(world: &World, job: &Job, path: &Path, mesh: Option<&Path>) -> Result
         }
         let mut text = format!("{:#}\n\n{summary}{plan}", job.to_json());
         lines.iter().for_each(|line| text += &format!("  {line}\n"));
-        text += &format!("  {:<28} {:>6.1} GB  ({})\n", "there is", limit.bytes / 1e9, limit.source);
+        text += &format!("  {:<28} {:>6.1} GB  ({})\n", "available memory", limit.bytes / 1e9, limit.source);
         if let Ok(output) = beside(path) {
             text += &format!("results of a run go to {}\n", output.display());
         }

@@ -38,6 +38,7 @@ MEASURES = {
 INTENDED = {
     "stability/shift_radius": "another eigensolver finds other eigenvalues beside those that are wanted",
     "sweep/sticking": "is new",
+    "verdict*": "is new",
     "stability/criterion*": "is new",
     "stability/confirmation*": "is new",
     "modes/*/diameters": "of bodies that rotate is new",

@@ -27,6 +27,7 @@ pub mod surface;
 mod table;
 mod values;
 mod vtkhdf;
+pub mod verdict;
 
 pub use fields::{contact_fields, on_points, BodyPart, FieldKind, FieldSpec, PointField};
 pub use modes::write_modes;

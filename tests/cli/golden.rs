@@ -112,8 +112,8 @@ fn measure(path: &str, kept: &BTreeMap<String, Dataset>) -> Option<f64> {
 }
 
 /// Datasets that have come since the results were kept.
-const SINCE: [&str; 4] =
-    ["/stability/criterion/", "/stability/confirmation/", "/stability/unstable", "/contact/centre"];
+const SINCE: [&str; 5] =
+    ["/stability/criterion/", "/stability/confirmation/", "/stability/unstable", "/contact/centre", "/verdict/"];
 
 fn compare(name: &str) {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
