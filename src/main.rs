@@ -69,9 +69,7 @@ fn start() -> i32 {
         Some(Command::Init { example, output }) => {
             said(init::write(example, &output.unwrap_or_else(|| default_job(example))).and_then(|text| print(&text)))
         }
-        Some(Command::Plot { .. } | Command::Report { .. } | Command::Compare { .. } | Command::Section(_)) => {
-            report(&results::hand_over())
-        }
+        Some(command) if command.is_of_results() => report(&results::hand_over()),
         None => {
             let message = "say what to do: init, check, run, report or another command (railsqueal --help)";
             refuse(Error::Job(message.into()), speaks)

@@ -229,8 +229,8 @@ pub(super) fn without_oscillation(unstable: impl Iterator<Item = Complex<f64>>, 
 /// A criterion in words.
 fn cause(c: &Criterion) -> String {
     format!(
-        "structural damping {:+.3}, friction {:+.3}, creep damping {:+.3}, contact tilt {:+.3}, sum {:+.3} 1/s; kappa {:+.3e} 1/kg, \
-         H {:.1} pm/N at {:+.1} degrees",
+        "structural damping {:+.3}, friction {:+.3}, creep damping {:+.3}, contact tilt {:+.3}, sum {:+.3} 1/s; \
+         kappa {:+.3e} 1/kg, H {:.1} pm/N at {:+.1} degrees",
         c.damping,
         c.friction(),
         c.across,

@@ -75,8 +75,8 @@ fn point(tables: &Tables, place: usize) -> String {
 
 /// The loudest limit cycle by the sound power of its louder body; none without sound power.
 pub(super) fn loudest_cycle(tables: &Tables) -> Option<String> {
-    let level = |body: &&str| tables.numbers(&format!("/sweep/cycles/sound_power/{body}/total_level_a"));
-    let all: Vec<Vec<f64>> = BODIES.iter().map(|body| level(&body)).filter(|v| !v.is_empty()).collect();
+    let level = |body: &str| tables.numbers(&format!("/sweep/cycles/sound_power/{body}/total_level_a"));
+    let all: Vec<Vec<f64>> = BODIES.iter().map(|body| level(body)).filter(|v| !v.is_empty()).collect();
     let columns = tables.columns("/sweep/cycles/frequency").max(1);
     let count = all.iter().map(Vec::len).max()?;
     let loudest = |i: usize| {
