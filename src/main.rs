@@ -19,7 +19,7 @@ use railsqueal::output::job_of_run;
 use railsqueal::parallel::World;
 use railsqueal::petsc::session::Petsc;
 use railsqueal::plan::{self, Plan};
-use railsqueal::progress::Progress;
+use railsqueal::progress::{self, Progress};
 use railsqueal::scratch::Scratch;
 use railsqueal::stop::Stop;
 use railsqueal::summary::Summary;
@@ -357,6 +357,7 @@ fn print_curving(world: &World, path: &Path, changes: &Changes, contact: bool) -
 
 /// Prints on stdout. A reader that has seen enough (`| head`) is no error.
 fn print(text: &str) -> Result<()> {
+    progress::end_line();
     let mut out = std::io::stdout().lock();
     match out.write_all(printable(text).as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Io(format!("cannot write to stdout: {e}"))),
@@ -366,6 +367,7 @@ fn print(text: &str) -> Result<()> {
 
 /// Says what is wrong, and returns the exit code. A message that cannot be written is lost; the code is not.
 fn report(error: &Error) -> i32 {
+    progress::end_line();
     let _ = writeln!(std::io::stderr(), "railsqueal: error: {}", printable(&error.to_string()));
     error.exit_code()
 }
