@@ -12,6 +12,7 @@
 mod checksums;
 mod claim;
 pub mod datasets;
+mod dimensions;
 mod fields;
 mod modes;
 mod partial;
@@ -26,8 +27,8 @@ mod shown;
 pub mod surface;
 mod table;
 mod values;
-mod vtkhdf;
 pub mod verdict;
+mod vtkhdf;
 
 pub use fields::{contact_fields, on_points, BodyPart, FieldKind, FieldSpec, PointField};
 pub use modes::write_modes;

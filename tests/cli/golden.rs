@@ -44,8 +44,8 @@ fn read(dataset: &hdf5::Dataset) -> hdf5::Result<Dataset> {
     };
     let mut names = dataset.attr_names()?;
     names.sort();
-    // Of the last bits, which may differ.
-    names.retain(|n| n != "sha256");
+    // Of the last bits, which may differ, and names of dimensions, which have come since.
+    names.retain(|n| n != "sha256" && n != "DIMENSION_LABELS");
     let attributes = names.iter().map(|n| attribute(n)).collect::<hdf5::Result<_>>()?;
     Ok(Dataset { attributes, shape: dataset.shape(), values })
 }
