@@ -19,7 +19,7 @@ use railsqueal::output::job_of_run;
 use railsqueal::parallel::World;
 use railsqueal::petsc::session::Petsc;
 use railsqueal::plan::{self, Plan};
-use railsqueal::progress::Progress;
+use railsqueal::progress::{self, Progress};
 use railsqueal::scratch::Scratch;
 use railsqueal::stop::Stop;
 use railsqueal::summary::Summary;
@@ -69,9 +69,7 @@ fn start() -> i32 {
         Some(Command::Init { example, output }) => {
             said(init::write(example, &output.unwrap_or_else(|| default_job(example))).and_then(|text| print(&text)))
         }
-        Some(Command::Plot { .. } | Command::Report { .. } | Command::Compare { .. } | Command::Section(_)) => {
-            report(&results::hand_over())
-        }
+        Some(command) if command.is_of_results() => report(&results::hand_over()),
         None => {
             let message = "say what to do: init, check, run, report or another command (railsqueal --help)";
             refuse(Error::Job(message.into()), speaks)
@@ -228,7 +226,7 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String], stop: &
         let said = print(&summary.to_string());
         if !unused.is_empty() {
             let names = unused.join(", ");
-            let _ = writeln!(std::io::stderr(), "railsqueal: warning: PETSc options that nothing asked for: {names}");
+            let _ = writeln!(std::io::stderr(), "railsqueal: warning: unused PETSc options: {names}");
         }
         summary.failure().map_or(said, |e| Err(e.clone()))
     })?;
@@ -265,7 +263,7 @@ fn examine(world: &World, job: &Job, path: &Path, mesh: Option<&Path>) -> Result
         }
         let mut text = format!("{:#}\n\n{summary}{plan}", job.to_json());
         lines.iter().for_each(|line| text += &format!("  {line}\n"));
-        text += &format!("  {:<28} {:>6.1} GB  ({})\n", "there is", limit.bytes / 1e9, limit.source);
+        text += &format!("  {:<28} {:>6.1} GB  ({})\n", "available memory", limit.bytes / 1e9, limit.source);
         if let Ok(output) = beside(path) {
             text += &format!("results of a run go to {}\n", output.display());
         }
@@ -359,6 +357,7 @@ fn print_curving(world: &World, path: &Path, changes: &Changes, contact: bool) -
 
 /// Prints on stdout. A reader that has seen enough (`| head`) is no error.
 fn print(text: &str) -> Result<()> {
+    progress::end_line();
     let mut out = std::io::stdout().lock();
     match out.write_all(printable(text).as_bytes()).and_then(|()| out.flush()) {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(Error::Io(format!("cannot write to stdout: {e}"))),
@@ -368,6 +367,7 @@ fn print(text: &str) -> Result<()> {
 
 /// Says what is wrong, and returns the exit code. A message that cannot be written is lost; the code is not.
 fn report(error: &Error) -> i32 {
+    progress::end_line();
     let _ = writeln!(std::io::stderr(), "railsqueal: error: {}", printable(&error.to_string()));
     error.exit_code()
 }

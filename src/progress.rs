@@ -1,18 +1,38 @@
-//! Progress on stderr: stage, count, time. Plain lines from rank 0 only; counts once a second at the most on a
-//! terminal, once in half a minute in a log.
+//! Progress on stderr: stage, count, time, from rank 0 only. On a terminal a count rewrites its line; elsewhere counts
+//! are plain lines, one in half a minute at most.
+
+mod pace;
 
 use crate::error::printable;
+use pace::Pace;
 use std::io::{IsTerminal, Write};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+
+/// Least times between two counts on a terminal and in a log.
+const INTERVALS: [Duration; 2] = [Duration::from_millis(250), Duration::from_secs(30)];
+/// Moves a terminal to the begin of its line and clears it.
+const CLEAR: &str = "\r\x1b[2K";
+
+/// True while a count stands on the last line of the terminal, which has no end yet.
+static OPEN: AtomicBool = AtomicBool::new(false);
+
+/// Ends the line of a count on the terminal, before anything else is written there.
+pub fn end_line() {
+    if OPEN.swap(false, Ordering::Relaxed) {
+        let _ = writeln!(std::io::stderr());
+    }
+}
 
 /// Names the stages of a run as they begin and keeps the time each took, for the summary and `/provenance`.
 pub struct Progress {
     loud: bool,
-    /// Least time between two counts.
-    interval: Duration,
+    /// True if counts rewrite their line.
+    terminal: bool,
     start: Instant,
     last: Instant,
     current: Option<(String, Instant)>,
+    pace: Pace,
     times: Vec<(String, f64)>,
 }
 
@@ -20,8 +40,8 @@ impl Progress {
     /// `loud` on the one rank that reports.
     pub fn new(loud: bool) -> Self {
         let now = Instant::now();
-        let interval = Duration::from_secs(if std::io::stderr().is_terminal() { 1 } else { 30 });
-        Self { loud, interval, start: now, last: now, current: None, times: Vec::new() }
+        let terminal = std::io::stderr().is_terminal();
+        Self { loud, terminal, start: now, last: now, current: None, pace: Pace::default(), times: Vec::new() }
     }
 
     /// Ends the stage before and begins `name`.
@@ -29,34 +49,56 @@ impl Progress {
         self.finish();
         let name = name.into();
         if self.loud {
-            self.say(&format!(" {name}"));
+            self.say(&format!(" {name}"), false);
         }
         self.current = Some((name, Instant::now()));
+        self.pace = Pace::default();
         self.last = Instant::now();
     }
 
-    /// Within a stage: `done` of `total` steps, with the time left estimated from those done.
+    /// Within a stage: `done` of `total` pieces of work that take equal times, with the time left estimated from those
+    /// done.
     pub fn step(&mut self, what: &str, done: usize, total: usize) {
-        if !self.loud || self.last.elapsed() < self.interval {
+        if !self.is_due() {
             return;
         }
-        self.last = Instant::now();
         let Some((_, begun)) = &self.current else { return };
-        let left = begun.elapsed().as_secs_f64() * (total.saturating_sub(done)) as f64 / done.max(1) as f64;
-        self.say(&format!("   {what} {done}/{total}, about {left:.0} s left"));
+        let since = |time: Instant| (time - self.start).as_secs_f64();
+        let left = self.pace.left(what, (done, total), since(*begun), since(self.last));
+        self.say(&format!("   {}", count(what, done, total, left)), true);
+    }
+
+    /// Within a stage: `done` of `total` that were found so far, which do not come at a steady pace; 0 where the total
+    /// is not known.
+    pub fn converged(&mut self, what: &str, done: usize, total: usize) {
+        if self.is_due() && self.current.is_some() {
+            self.say(&format!("   {}", count(what, done, total, None)), true);
+        }
+    }
+
+    /// True once in an interval.
+    fn is_due(&mut self) -> bool {
+        let due = self.loud && self.last.elapsed() >= INTERVALS[usize::from(!self.terminal)];
+        if due {
+            self.last = Instant::now();
+        }
+        due
     }
 
     /// A remark within the stage.
     pub fn note(&self, text: impl AsRef<str>) {
         if self.loud {
-            self.say(&format!("   {}", text.as_ref()));
+            self.say(&format!("   {}", text.as_ref()), false);
         }
     }
 
-    /// A line behind the time since the start. One that cannot be written is lost, the run goes on.
-    fn say(&self, text: &str) {
-        let text = printable(text);
-        let _ = writeln!(std::io::stderr(), "[{:8.1} s]{text}", self.start.elapsed().as_secs_f64());
+    /// A line behind the time since the start; of a `count` one that the next line replaces on a terminal. One that
+    /// cannot be written is lost, the run goes on.
+    fn say(&self, text: &str, count: bool) {
+        let text = format!("[{:8.1} s]{}", self.start.elapsed().as_secs_f64(), printable(text));
+        let open = count && self.terminal;
+        let replaces = OPEN.swap(open, Ordering::Relaxed);
+        let _ = std::io::stderr().write_all(line(&text, replaces, open).as_bytes());
     }
 
     /// Ends the current stage. Times of a stage that comes again, as those of the points of a sweep do, add up.
@@ -75,9 +117,42 @@ impl Progress {
     }
 }
 
+impl Drop for Progress {
+    /// Ends the line of progress, so that the next output begins on its own.
+    fn drop(&mut self) {
+        if self.loud {
+            end_line();
+        }
+    }
+}
+
+/// A count in words.
+fn count(what: &str, done: usize, total: usize, left: Option<f64>) -> String {
+    match (total, left) {
+        (0, _) => format!("{what} {done}"),
+        (_, None) => format!("{what} {done}/{total}"),
+        (_, Some(left)) => format!("{what} {done}/{total}, {} left", pace::words(left)),
+    }
+}
+
+/// Characters of a line: it `replaces` the last one on a terminal, and stays `open` for the next one.
+fn line(text: &str, replaces: bool, open: bool) -> String {
+    format!("{}{text}{}", if replaces { CLEAR } else { "" }, if open { "" } else { "\n" })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn counts_replace_each_other_on_a_terminal_and_are_lines_elsewhere() {
+        let counted = count("points", 3, 20, Some(45.3));
+        assert_eq!(counted, "points 3/20, about 45 s left");
+        assert_eq!([count("modes", 0, 23, None), count("modes", 12, 0, None)], ["modes 0/23", "modes 12"]);
+        let terminal = [line(&counted, false, true), line(&counted, true, true), line("stage", true, false)].concat();
+        assert_eq!(terminal, format!("{counted}{CLEAR}{counted}{CLEAR}stage\n"));
+        assert_eq!(line(&counted, false, false), format!("{counted}\n"));
+    }
 
     /// All time from the first stage on is that of one of the stages.
     #[test]

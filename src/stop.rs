@@ -1,6 +1,7 @@
 //! Requests to stop: signals and the limit of wall time.
 
 use crate::parallel::World;
+use crate::progress::end_line;
 use nix::poll::{poll, PollFd, PollFlags};
 use nix::sys::signal::{SigSet, Signal};
 use nix::sys::signalfd::{SfdFlags, SignalFd};
@@ -108,6 +109,7 @@ fn look_after(signal: &Arc<AtomicBool>, loud: bool) {
                         let text =
                             "railsqueal: error: ended at once by a second signal; what was kept can be taken up \
                                     (--resume, --reuse)";
+                        end_line();
                         let _ = writeln!(std::io::stderr(), "{text}");
                     }
                     signal_hook::low_level::exit(ENDED);
@@ -118,6 +120,7 @@ fn look_after(signal: &Arc<AtomicBool>, loud: bool) {
                 let text =
                     "railsqueal: a signal came: the run stops at the end of this step, a transient at the end of a \
                             segment; a second SIGTERM or Ctrl-C ends it at once";
+                end_line();
                 let _ = writeln!(std::io::stderr(), "{text}");
                 said = true;
             }

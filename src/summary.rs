@@ -6,6 +6,7 @@ use crate::Error;
 /// Lines of the summary, in order.
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
+    verdict: Vec<String>,
     lines: Vec<String>,
     warnings: Vec<String>,
     failure: Option<Error>,
@@ -16,8 +17,7 @@ impl Summary {
     /// damping of its bodies, what is implausible, and what comes near the ends of the range of the theory.
     pub fn of(job: &Job) -> Self {
         let told = |line: &String| format!("default changed: {line}");
-        let mut summary =
-            Self { lines: job.changed_defaults.iter().map(told).collect(), warnings: Vec::new(), failure: None };
+        let mut summary = Self { lines: job.changed_defaults.iter().map(told).collect(), ..Self::default() };
         damping_lines(job).into_iter().for_each(|text| summary.line(text));
         undamped(job).into_iter().chain(plausible(job)).for_each(|text| summary.warn(text));
         // What is beyond them has been refused.
@@ -35,6 +35,16 @@ impl Summary {
     /// The warnings.
     pub fn warnings(&self) -> &[String] {
         &self.warnings
+    }
+
+    /// Sets the sentences that stand before everything else: the verdict on the run.
+    pub fn verdict(&mut self, sentences: impl IntoIterator<Item = String>) {
+        self.verdict = sentences.into_iter().collect();
+    }
+
+    /// The lines below the verdict.
+    pub fn lines(&self) -> &[String] {
+        &self.lines
     }
 
     /// Adds a line.
@@ -61,7 +71,7 @@ impl Summary {
 
 impl std::fmt::Display for Summary {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        self.lines.iter().try_for_each(|line| writeln!(f, "{line}"))
+        self.verdict.iter().chain(&self.lines).try_for_each(|line| writeln!(f, "{line}"))
     }
 }
 
@@ -78,6 +88,10 @@ mod tests {
         job.changed_defaults.push("a.b is not given: 2 since format 2, 1 before".into());
         let mut summary = Summary::of(&job);
         summary.line("body");
-        assert_eq!(summary.to_string(), "default changed: a.b is not given: 2 since format 2, 1 before\nbody\n");
+        let text = "default changed: a.b is not given: 2 since format 2, 1 before\nbody\n";
+        assert_eq!(summary.to_string(), text);
+        // The verdict stands before all, whenever it is found.
+        summary.verdict(["No squeal found.".to_owned()]);
+        assert_eq!(summary.to_string(), format!("No squeal found.\n{text}"));
     }
 }

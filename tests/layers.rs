@@ -17,7 +17,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("quadrature", &[]),
     ("parallel", &["scratch"]),
     ("progress", &[]),
-    ("stop", &["parallel"]),
+    ("stop", &["parallel", "progress"]),
     ("friction", &[]),
     ("rails", &[]),
     ("job", &["input", "friction", "rails"]),

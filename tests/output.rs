@@ -308,6 +308,7 @@ fn act(world: &World, case: &str, path: &Path) -> Result<()> {
             date: utc_now(),
             parts: vec![],
             warnings: vec![],
+            summary: vec![],
             damping: vec![],
         }
         .tables(),

@@ -45,6 +45,9 @@ def parser() -> argparse.ArgumentParser:
         made.set_defaults(run=run)
         return made
 
+    one = command("summary", summarised, "The verdict and the summary with which the run ended.")
+    one.add_argument("file", type=Path, metavar="FILE.h5")
+
     one = command("plot", plot, "Pictures of a result, of a stopped run as far as it came.")
     one.add_argument(
         "file",
@@ -105,6 +108,19 @@ def said(paths: list[Path]) -> int:
     """Prints what was written."""
     for path in paths:
         print(path)
+    return 0
+
+
+def summarised(given: argparse.Namespace) -> int:
+    """The summary; of results of earlier programs, which have none, the verdict and the warnings."""
+    from .verdict import verdict
+
+    with Result(given.file) as result:
+        said = verdict(result)
+        name = "provenance/summary" if "provenance/summary" in result else "provenance/warnings"
+        lines = result.texts(name) if name in result else []
+    prefix = "" if name.endswith("summary") else "warning: "
+    print("\n".join([said.sentence, *said.notes, *(prefix + line for line in lines)]))
     return 0
 
 

@@ -114,6 +114,13 @@ class Result:
         """Description of a dataset."""
         return str(self._dataset(name).attrs.get("description", ""))
 
+    def dimensions(self, name: str) -> list[str]:
+        """Labels of the dimensions of a dataset; empty where the file has none."""
+        found = self._dataset(name)
+        labels = found.attrs.get("DIMENSION_LABELS")
+        given = [] if labels is None else [t.decode() if isinstance(t, bytes) else str(t or "") for t in labels]
+        return (given + [""] * found.ndim)[: found.ndim]
+
     def array(self, name: str) -> Floats:
         """A dataset of numbers in double precision."""
         return np.asarray(self[name], dtype=np.float64)

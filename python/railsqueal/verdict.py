@@ -1,4 +1,8 @@
-"""The verdict on a result in a sentence: what squeals and what would end it, or what is least damped."""
+"""The verdict on a result in a sentence: what squeals and what would end it, or what is least damped.
+
+The program writes it as `/verdict`. Files of earlier programs have none, and motions in time without a stability
+analysis neither: for these `derived` finds it by the same rules.
+"""
 
 from dataclasses import dataclass, field
 
@@ -13,8 +17,8 @@ from .tables import BODIES, OSCILLATION, ComplexModes, Cycles, History, Modes, S
 SQUEAL, RELAXATION, QUIET, NONE = "squeal", "relaxation", "quiet", "none"
 # Other squealing frequencies that the sentence names.
 OTHERS = 5
-# Largest shift of the contact, m, and largest loss factor that are proposed.
-SHIFT, LOSS_FACTOR = 10e-3, 0.1
+# Largest shift of the contact, m, loss factor, and relative change of friction that are proposed.
+SHIFT, LOSS_FACTOR, FRICTION = 10e-3, 0.1, 0.5
 
 
 @dataclass(frozen=True)
@@ -27,7 +31,40 @@ class Verdict:
 
 
 def verdict(result: Result) -> Verdict:
-    """The verdict on a result, by its stability, else by its transient, else by its sweep."""
+    """The verdict on a result: the one that the program wrote, else one from the tables."""
+    if "verdict/sentence" not in result:
+        return derived(result)
+    kind, sentence = result.texts("verdict/kind")[0], result.texts("verdict/sentence")[0]
+    return Verdict(kind, named_keys(result, sentence), [named_keys(result, n) for n in result.texts("verdict/notes")])
+
+
+def named_keys(result: Result, text: str) -> str:
+    """A sentence of the program with the names of the swept keys in place of the keys."""
+    if not Sweep.present(result) or ", with " not in text:
+        return text
+    table = Sweep.of(result)
+    places = range(len(table.status))
+    # The longest first: values may begin alike.
+    given = sorted(((key_values(result, table, k), k) for k in places), key=lambda item: -len(item[0]))
+    for words, k in given:
+        if words in text:
+            return text.replace(words, point(result, table, k))
+    return text
+
+
+def key_values(result: Result, table: Sweep, place: int) -> str:
+    """Keys and values of a point as the program writes them."""
+    parts = []
+    for key in table.keys:
+        given, units = value(table, key, place), result.units(f"sweep/values/{key}")
+        shown = number(given) if isinstance(given, float) else given
+        unit = "" if units in ("1", "-") or not isinstance(given, float) else f" {units}"
+        parts.append(f"{key} = {shown}{unit}")
+    return ", ".join(parts)
+
+
+def derived(result: Result) -> Verdict:
+    """The verdict on a result from its tables, by its stability, else by its transient, else by its sweep."""
     notes = [text for text in (swept(result), loudest_cycle(result), left_out(result)) if text]
     if ComplexModes.present(result):
         kind, sentence = by_stability(result)
@@ -36,10 +73,7 @@ def verdict(result: Result) -> Verdict:
     elif Sweep.present(result):
         return Verdict(sweep_kind(result), notes[0], notes[1:])
     else:
-        kind, sentence = (
-            NONE,
-            "No stability analysis and no transient in this result: it does not say whether the wheel squeals.",
-        )
+        kind, sentence = NONE, computed(result)
     if kind != SQUEAL and Sweep.present(result) and sweep_kind(result) == SQUEAL:
         # The point of the job itself may be quiet where others of the sweep are not.
         return Verdict(SQUEAL, notes[0], [f"The point of the job itself: {sentence}", *notes[1:]])
@@ -161,7 +195,7 @@ def extra_loss_factor(table: ComplexModes, names: ModeNames, place: int) -> tupl
 
 
 def cures(result: Result, table: ComplexModes, names: ModeNames, unstable: Integers) -> str:
-    """Least changes that would end all growth, by linear estimates: loss factor of one body, shift of the contact."""
+    """Changes that would each end all growth, by linear estimates: loss factor, shift of the contact, friction."""
     wanted = [extra_loss_factor(table, names, int(k)) for k in unstable]
     parts = []
     if all(wanted) and len({w[0] for w in wanted if w}) == 1:
@@ -171,27 +205,41 @@ def cures(result: Result, table: ComplexModes, names: ModeNames, unstable: Integ
     shift = needed_shift(result, table, unstable)
     if shift:
         parts.append(shift)
+    friction = needed_friction(result, table, unstable)
+    if friction:
+        parts.append(friction)
     return f"quiet {' or '.join(parts)} (linear estimate)" if parts else ""
 
 
 def needed_shift(result: Result, table: ComplexModes, unstable: Integers) -> str:
     """Shift of the contact on the upper body that would end all growth; empty without one within `SHIFT`."""
-    slope = (
-        result.complexes("stability/sensitivity/upper_position").real
-        if "stability/sensitivity/upper_position" in result
-        else None
-    )
-    if slope is None or any(int(k) >= len(slope) or not np.isfinite(slope[k]) or slope[k] == 0 for k in unstable):
+    most = needed_change(result, table, unstable, "upper_position")
+    if most is None or abs(most) > SHIFT:
         return ""
-    shifts: Floats = np.array([-table.growth_rate[k] / slope[k] for k in unstable])
-    if len(set(np.sign(shifts))) != 1:
+    return f"with the contact on the upper body {number(round(1e3 * most, 1))} mm further in y"
+
+
+def needed_friction(result: Result, table: ComplexModes, unstable: Integers) -> str:
+    """Friction that would end all growth; empty without one that is lower by at most `FRICTION` of it."""
+    less = needed_change(result, table, unstable, "friction")
+    if less is None or not -FRICTION <= less < 0:
         return ""
-    most = float(shifts[np.argmax(np.abs(shifts))])
-    return (
-        f"with the contact on the upper body {number(round(1e3 * most, 1))} mm further in y"
-        if abs(most) <= SHIFT
-        else ""
-    )
+    given = lookup(result.job, "contact.friction")
+    if isinstance(given, (int, float)):
+        return f"with friction below {rounded(given * (1 + less))}"
+    return f"with friction lower by {rounded(-100 * less)} %"
+
+
+def needed_change(result: Result, table: ComplexModes, unstable: Integers, name: str) -> float | None:
+    """Change of a parameter that would end all growth; none where modes need changes of opposite signs."""
+    path = f"stability/sensitivity/{name}"
+    if path not in result:
+        return None
+    slope = result.complexes(path).real
+    if any(int(k) >= len(slope) or not np.isfinite(slope[k]) or slope[k] == 0 for k in unstable):
+        return None
+    changes: Floats = np.array([-table.growth_rate[k] / slope[k] for k in unstable])
+    return float(changes[np.argmax(np.abs(changes))]) if len(set(np.sign(changes))) == 1 else None
 
 
 def loudness(result: Result, names: ModeNames) -> str:
@@ -285,6 +333,21 @@ def value(table: Sweep, key: str, place: int) -> float | str:
     """Value of a swept key at a point: a number or a word."""
     given = table.values[key]
     return float(given[place]) if given.dtype.kind == "f" else str(given[place])
+
+
+def computed(result: Result) -> str:
+    """Sentence on a result without stability analysis: what it has."""
+    groups = {
+        "curving/": "the vehicle in its curve",
+        "modes/": "free modes",
+        "receptance/": "receptances of the contact",
+        "contact/pressure": "steady rolling",
+        "creep_curve/": "a creep curve",
+    }
+    names = result.names()
+    found = [words for begin, words in groups.items() if any(name.startswith(begin) for name in names)]
+    said = " and ".join([", ".join(found[:-1]), found[-1]] if len(found) > 1 else found) or "nothing else"
+    return f"No statement on squeal, as the job has no stability analysis; computed: {said}."
 
 
 def left_out(result: Result) -> str:

@@ -123,6 +123,38 @@ def test_an_eigenvalue_of_both_models_counts_once(tmp_path: Path) -> None:
         assert "growth rate 4.1 1/s" in verdict(result).sentence and "also at" not in verdict(result).sentence
 
 
+def test_the_verdict_of_the_program_is_taken(tmp_path: Path) -> None:
+    path = spectrum(tmp_path / "a.h5", [at(965, 4.05)])
+    with h5py.File(path, "a") as file:
+        dataset(file, "verdict/kind", "quiet", "-")
+        dataset(file, "verdict/sentence", "Sweep: growth at 1 of 2 points, with contact.normal_load = 70000 N.", "-")
+        dataset(file, "verdict/notes", ["And more."], "-")
+        dataset(file, "sweep/keys", ["contact.normal_load"], "-")
+        dataset(file, "sweep/shape", [2])
+        dataset(file, "sweep/values/contact.normal_load", [60e3, 70e3], "N")
+        for name, values in (("status", [0, 0]), ("growth_rate", [-1.0, 8.4]), ("unstable", [0, 1])):
+            dataset(file, f"sweep/{name}", np.array(values))
+        for name in ("sticking", "frequency", "offset"):
+            dataset(file, f"sweep/{name}", np.zeros(3 if name == "offset" else 2))
+        dataset(file, "sweep/eigenvalue", np.zeros(0, complex), "1/s")
+    with Result(path) as result:
+        said = verdict(result)
+    # Keys have their names in the report.
+    assert (said.kind, said.notes) == ("quiet", ["And more."])
+    assert said.sentence == "Sweep: growth at 1 of 2 points, with normal load N = 70 kN."
+
+
+def test_less_friction_is_a_cure(tmp_path: Path) -> None:
+    job = {**JOB, "contact": {"friction": 0.4, "placement": {}}}
+    for given, words in ((job, "with friction below 0.30 (linear"), (JOB, "with friction lower by 25 % (linear")):
+        path = spectrum(tmp_path / "a.h5", [at(965, 4.05), at(985, 2.9)], given)
+        with h5py.File(path, "a") as file:
+            dataset(file, "stability/sensitivity/friction", np.array([20.25, 11.6], complex), "1/s")
+        with Result(path) as result:
+            assert words in verdict(result).sentence
+        path.unlink()
+
+
 def test_results_that_cannot_tell_say_so(transient: Callable[..., Path], tmp_path: Path) -> None:
     path = tmp_path / "modes.h5"
     with h5py.File(path, "w") as file:

@@ -39,6 +39,7 @@ MEASURES = {
 INTENDED = {
     "stability/shift_radius": "another eigensolver finds other eigenvalues beside those that are wanted",
     "sweep/sticking": "is new",
+    "verdict*": "is new",
     "stability/criterion*": "is new",
     "stability/confirmation*": "is new",
     "modes/*/diameters": "of bodies that rotate is new",
@@ -124,7 +125,7 @@ def files(a, b, bases, limit):
     worst, count = (0.0, ""), 0
     for name in sorted(set(before) & set(after)):
         one, two = before[name], after[name]
-        for key in sorted((set(one.attrs) | set(two.attrs)) - {"sha256"}):
+        for key in sorted((set(one.attrs) | set(two.attrs)) - {"sha256", "DIMENSION_LABELS"}):
             if not same(one.attrs.get(key), two.attrs.get(key)):
                 lines.append(f"{name}: attribute {key} was {one.attrs.get(key)!r}, is {two.attrs.get(key)!r}")
         if isinstance(one, h5py.Group) or isinstance(two, h5py.Group):

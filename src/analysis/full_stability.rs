@@ -1,6 +1,7 @@
 //! The full analysis of a job: from the reduced spectrum to the full one, compared.
 
 use super::run::Run;
+use super::stability::without_oscillation;
 use crate::body::rigid_motions::in_springs;
 use crate::body::{FullSystem, ModeName};
 use crate::case::bodies::{self, Bodies};
@@ -16,7 +17,7 @@ use crate::stability::full::{
     spectrum, DampedBody, Damping, FullBodies, FullOptions, FullPair, FullResult, FullSpectrum, Spin,
 };
 use crate::stability::reduced::shares as shares_of;
-use crate::stability::{grows, Spectrum};
+use crate::stability::{grows, oscillates, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
 use num_complex::Complex;
@@ -259,8 +260,10 @@ pub fn summarise(found: &FullResult, summary: &mut Summary) {
     if !confirmed.is_empty() {
         summary.value("SLEPc confirms", confirmation::in_words(&confirmed));
     }
-    let unstable = pairs.iter().filter(|p| grows(p.value, p.residuals.backward_error)).count();
-    for p in pairs.iter().take(unstable.max(3)) {
+    let unstable: Vec<_> = pairs.iter().filter(|p| grows(p.value, p.residuals.backward_error)).collect();
+    without_oscillation(unstable.iter().map(|p| p.value), summary);
+    let first = pairs.iter().take(unstable.len().max(3));
+    for p in first.filter(|p| oscillates(p.value) || !grows(p.value, p.residuals.backward_error)) {
         summary.value(
             &format!("{:.3} Hz", p.value.im / (2.0 * std::f64::consts::PI)),
             format!("growth rate {:+.4} 1/s", p.value.re),

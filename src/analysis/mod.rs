@@ -25,6 +25,7 @@ use crate::body::{Capability, Kind};
 use crate::case::{foresee, placed, Meshes};
 use crate::job::{damping_lines, Compliance, Job, TransientModel};
 use crate::output::datasets::reduced::of_modes_alone;
+use crate::output::verdict::Verdict;
 use crate::output::{companion, Provenance, Reader, ResultFile, Segments, MODEL};
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
@@ -197,6 +198,11 @@ pub fn run(
     let Run { mut file, progress, mut summary, segments, .. } = run;
     file.merge(progress)?;
     progress.stage("writing results");
+    let verdict = world.on_root(|| Ok(Verdict::new(&given.to_json(), file.tables_so_far())))?.flatten();
+    if let Some(verdict) = verdict {
+        summary.verdict(verdict.lines().map(str::to_owned));
+        file.tables(verdict.tables());
+    }
     let mut provenance = Provenance {
         job: serde_json::to_string_pretty(&given.to_json()).map_err(|e| Error::Defect(format!("resolved job: {e}")))?,
         command: options.command.clone(),
@@ -207,6 +213,7 @@ pub fn run(
         date,
         parts: segments.map(|s| s.parts()).unwrap_or_default(),
         warnings: summary.warnings().to_vec(),
+        summary: summary.lines().to_vec(),
         damping: damping_lines(job),
     };
     // All is written but how long it took.

@@ -24,7 +24,7 @@ pub fn compute_all(job: &Job, bodies: &mut Bodies, progress: &mut Progress) -> R
     let mut all = Vec::new();
     for body in &mut bodies.unique {
         progress.stage(format!("modes, body {}", body.name()));
-        all.push(body.modes(extent, &mut |done, of| progress.step("modes", done, of))?);
+        all.push(body.modes(extent, &mut |done, of| progress.converged("modes", done, of))?);
     }
     Ok(all)
 }

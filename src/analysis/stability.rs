@@ -15,9 +15,10 @@ use crate::stability::criterion::{criteria, Criterion};
 use crate::stability::full::FullResult;
 use crate::stability::reduced::{participation, Eigenpair};
 use crate::stability::sensitivity::Sensitivities;
-use crate::stability::{grows, is_rigid, Spectrum};
+use crate::stability::{grows, is_rigid, oscillates, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
+use num_complex::Complex;
 
 /// Collective: stability on the reduced model and, where the job asks for it, on the full system; tables under
 /// `/stability`. What was found, on rank 0 and of the full system.
@@ -195,25 +196,41 @@ pub(super) fn summarise(
         if spectrum.limit.is_finite() { format!(" up to {:.0} Hz", spectrum.limit) } else { String::new() },
         spectrum.closed
     ));
-    for (i, e) in spectrum.eigenpairs.iter().enumerate().take(told(spectrum)) {
+    without_oscillation(unstable.iter().map(|e| e.value), summary);
+    let first = spectrum.eigenpairs.iter().enumerate().take(told(spectrum));
+    // Growth without oscillation is no mode, and comes in clusters of hundreds.
+    for (i, e) in first.filter(|(_, e)| oscillates(e.value) || !grows(e.value, e.backward_error)) {
         summary.value(
             &format!("{:.3} Hz", e.frequency()),
             format!("growth rate {:+.4} 1/s; {}", e.growth_rate(), partners(model, e)),
         );
         if let Some(c) = criteria.get(i).filter(|c| c.growth_rate.is_finite()) {
-            summary.value("  by one mode on the rest", cause(c));
+            summary.value("  growth-rate budget", cause(c));
         }
         if let Some(all) = sensitivities.filter(|_| grows(e.value, e.backward_error)) {
-            summary.value("  would cure it, to first order", sensitivity::cures(all, i, e, model));
+            summary.value("  to stabilise (linear estimate)", sensitivity::cures(all, i, e, model));
         }
     }
+}
+
+/// Line of the summary on those of the `unstable` eigenvalues that grow without oscillation: relaxations of the contact
+/// between stick and slip, apart from the modes that squeal.
+pub(super) fn without_oscillation(unstable: impl Iterator<Item = Complex<f64>>, summary: &mut Summary) {
+    let rates: Vec<f64> = unstable.filter(|value| !oscillates(*value)).map(|value| value.re).collect();
+    let fastest = rates.iter().copied().fold(f64::NEG_INFINITY, f64::max);
+    let text = match rates.len() {
+        0 => return,
+        1 => format!("1 eigenvalue, growth rate {fastest:+.4} 1/s; stick-slip relaxation, no mode"),
+        n => format!("{n} eigenvalues, growth rates up to {fastest:+.4} 1/s; stick-slip relaxation, no modes"),
+    };
+    summary.value("growth without oscillation", text);
 }
 
 /// A criterion in words.
 fn cause(c: &Criterion) -> String {
     format!(
-        "damping {:+.3}, friction {:+.3}, creep {:+.3}, tilting {:+.3}, in all {:+.3} 1/s; kappa {:+.3e} 1/kg, \
-         H {:.1} pm/N at {:+.1} degrees",
+        "structural damping {:+.3}, friction {:+.3}, creep damping {:+.3}, contact tilt {:+.3}, sum {:+.3} 1/s; \
+         kappa {:+.3e} 1/kg, H {:.1} pm/N at {:+.1} degrees",
         c.damping,
         c.friction(),
         c.across,

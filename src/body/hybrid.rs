@@ -123,7 +123,7 @@ impl Hybrid {
         let made: Vec<Square> = all.chunks_exact(LOADS * LOADS).map(|a| both_turned(&square(a), tilt)).collect();
         let beside = self.take(&made, circle)?;
         Ok(Some(format!(
-            "sections of {} unknowns at {} of the orders up to {}; {beside}",
+            "section of {} unknowns solved at {} of the Fourier orders up to {}; {beside}",
             forms.order(),
             constant.blocks.len(),
             constant.blocks.iter().map(|b| b.0 + b.1 / 2).max().unwrap_or(0)
@@ -150,7 +150,7 @@ impl Hybrid {
         self.constant = Some(a);
         let pico = |v: f64| 1e12 * v;
         let mut text = format!(
-            "beside a half-space xx {:.1}, yy {:.1}, nn {:.1}, yn {:.1} pm/N",
+            "compliance added to the half-space xx {:.1}, yy {:.1}, nn {:.1}, yn {:.1} pm/N",
             pico(a[0][0]),
             pico(a[1][1]),
             pico(a[2][2]),
@@ -163,12 +163,12 @@ impl Hybrid {
             let (normal, along) = (largest(&[(0, 2), (1, 2), (2, 2)]), largest(&[(0, 0), (0, 1), (1, 1)]));
             let own = 0.6 / (self.half_space.plane() * circle.radius);
             text += &format!(
-                ", good to {:.1} pm/N along n or by forces along it, {:.2} % of the contact's own compliance, \
-                 {:.1} pm/N along x and y{}",
+                "; estimated error {:.1} pm/N (normal, {:.2} % of the contact's own compliance), {:.1} pm/N \
+                 (tangential){}",
                 pico(normal),
                 100.0 * normal / own,
                 pico(along),
-                if normal > LARGE * own { ", which is much: the surface is not that of a half-space" } else { "" }
+                if normal > LARGE * own { "; this is large: the surface is not that of a half-space" } else { "" }
             );
         }
         Ok(text)

@@ -115,7 +115,7 @@ impl TraceModes {
     }
 }
 
-/// Is told how far a long computation is: steps done, and steps in all.
+/// Progress callback: `(done, total)`, the total 0 where it is not known.
 pub type Steps<'a> = dyn FnMut(usize, usize) + 'a;
 
 /// Kinds of bodies.

@@ -143,13 +143,16 @@ impl<'w> Rail<'w> {
         let (world, forms) = (self.world, &self.forms);
         let circle = self.contact.circle();
         let size = |wave: &Wave| wave.omega.len().saturating_sub(self.idle());
+        let mut found = 0;
         by_orders(world.size, size, |orders| {
             let n = orders[world.rank];
-            steps(orders[0], orders[0] + world.size);
+            steps(found, 0);
             let line = circle.map(|patch| (LineLoad::new(forms, patch, n, self.radius()), patch));
             let contact = line.as_ref().map(|(line, patch)| (line, *patch));
             let mine = of_order(forms, n, limit).map(|modes| Wave::of(forms, modes, contact));
-            Wave::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))
+            let all = Wave::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))?;
+            found += all.iter().map(size).sum::<usize>();
+            Ok(all)
         })
     }
 

@@ -154,15 +154,18 @@ impl<'w> Swept<'w> {
         let (world, forms) = (self.world, &self.forms);
         let (circle, place) = (self.contact.circle(), self.making.contact());
         let size = |seen: &Seen| seen.omega.len();
+        let mut found = 0;
         by_orders(world.size, size, |orders| {
             let n = orders[world.rank];
-            steps(orders[0], orders[0] + world.size);
+            steps(found, 0);
             let line = circle.map(|patch| (LineLoad::at(forms, patch, n, &place), patch));
             let contact = line.as_ref().map(|(line, patch)| (line, *patch));
             let nodes = self.outline.as_ref().map_or(&[][..], |o| &o.outline.nodes);
             let seen = |modes| Seen::of(forms, &modes, contact, prestress).with_outline(forms, &modes, nodes);
             let mine = of_order(forms, n, limit).map(seen);
-            Seen::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))
+            let all = Seen::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))?;
+            found += all.iter().map(Seen::count).sum::<usize>();
+            Ok(all)
         })
     }
 }

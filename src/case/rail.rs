@@ -247,10 +247,11 @@ pub(crate) fn told<'w>(
     if let Some(from) = from {
         let percent = 100.0 * ENDLESS;
         let on = match from {
-            Some(from) => format!("from {from:.0} Hz on"),
+            Some(from) => format!("above {from:.0} Hz"),
             None => format!("nowhere up to {HIGHEST:.0} Hz: see track.ends.longitudinal"),
         };
-        summary.line(format!("body {}: along itself as a rail without ends within {percent:.0} % {on}", body.0));
+        let what = "longitudinal receptance of the rail within";
+        summary.line(format!("body {}: {what} {percent:.0} % of the infinite rail {on}", body.0));
     }
     Ok(rail)
 }

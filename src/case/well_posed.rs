@@ -77,8 +77,8 @@ pub(crate) fn say(law: &FrictionLaw, smallest: f64, file: &mut ResultFile, summa
     let Some(memory) = law.memory() else { return };
     let text = "Length that the memory of friction must be longer than for the contact to be well-posed.";
     file.table(Table::scalar("/stability/smallest_memory_length", "m", text, smallest));
-    let lengths = format!("{:.4} µm, to be longer than {:.4} µm", 1e6 * memory.length, 1e6 * smallest);
-    summary.value("memory of friction", lengths);
+    let lengths = format!("{:.4} µm (minimum for well-posedness {:.4} µm)", 1e6 * memory.length, 1e6 * smallest);
+    summary.value("friction memory length", lengths);
 }
 
 #[cfg(test)]

@@ -90,6 +90,12 @@ pub enum Command {
         #[arg(short, long, value_name = "FILE.json")]
         output: Option<PathBuf>,
     },
+    /// Print the verdict and the summary of a result
+    Summary {
+        /// Result file
+        #[arg(value_name = "FILE.h5")]
+        file: PathBuf,
+    },
     /// Draw pictures of a result, of a stopped run as far as it came
     Plot {
         /// Result file
@@ -127,6 +133,31 @@ pub enum Command {
         #[arg(long, value_name = "T")]
         tolerance: Option<f64>,
     },
+    /// Write the sound of a transient: the motion of a point, or the pressure of a body 7.5 m beside the track
+    Sound {
+        /// Result file with analyses.transient
+        #[arg(value_name = "FILE.h5")]
+        file: PathBuf,
+        /// Name of the point, or lower or upper for a body with sound power [default: the first point, else the louder
+        /// body]
+        #[arg(long, value_name = "NAME")]
+        point: Option<String>,
+        /// Sound file [default: beside the result, with the ending .wav]
+        #[arg(long, value_name = "FILE.wav")]
+        out: Option<PathBuf>,
+    },
+    /// Write the fields of a result or a sequence for programs that do not read VTKHDF
+    Export {
+        /// Result file with fields, or one of its sequences (.vtkhdf)
+        #[arg(value_name = "FILE")]
+        file: PathBuf,
+        /// Format of the files [default: vtu]
+        #[arg(long)]
+        format: Option<ExportFormat>,
+        /// Folder of the files [default: beside FILE]
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+    },
     /// Make the section of a wheel or a rail from a drawing (DXF) or a table of coordinates (CSV): a mesh for the job
     Section(SectionOptions),
     /// Print the JSON Schema of the job file
@@ -155,9 +186,20 @@ pub enum Command {
 impl Command {
     /// Returns whether one process does it, however many were started.
     pub fn is_of_one(&self) -> bool {
+        matches!(self, Self::Init { .. }) || self.is_of_results()
+    }
+
+    /// True for commands on result files and drawings, which the Python package performs.
+    pub fn is_of_results(&self) -> bool {
         matches!(
             self,
-            Self::Init { .. } | Self::Plot { .. } | Self::Report { .. } | Self::Compare { .. } | Self::Section(_)
+            Self::Summary { .. }
+                | Self::Plot { .. }
+                | Self::Report { .. }
+                | Self::Compare { .. }
+                | Self::Sound { .. }
+                | Self::Export { .. }
+                | Self::Section(_)
         )
     }
 }
@@ -215,6 +257,15 @@ pub struct SectionOptions {
     density: Option<f64>,
 }
 
+/// Formats of `export`.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum ExportFormat {
+    /// A file for each step, and a .pvd that lists them
+    Vtu,
+    /// One file and its .h5; for meshes of one kind of cell
+    Xdmf,
+}
+
 /// Kinds of bodies with a section.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum SectionKind {
@@ -249,8 +300,18 @@ pub enum Example {
     Sweep,
     /// An unstable mode in time, until its limit cycle, with its sound
     Squeal,
-    /// A wheel on a rail from drawings: modes, steady rolling and stability
+    /// A wheel on a rail from built-in sections and profiles: modes, steady rolling and stability
     WheelOnRail,
+    /// All wheels of a bogie in a curve: angle of attack, creepages, and which of them squeal
+    Bogie,
+    /// A wheel of your own drawing on a rail; with the drawing (DXF) and the section that was made of it
+    DrawnWheel,
+    /// A wheel on a rail of your own drawing; with the drawing (CSV) and the section that was made of it
+    DrawnRail,
+    /// A wheel on a dry rail, on a wet one, and on one with a friction modifier
+    FrictionModifier,
+    /// A twin-disc rig, from small to large angles of attack
+    TwinDisc,
     /// The contact of a wheel and a rail by their profiles
     WheelOnRailContact,
 }

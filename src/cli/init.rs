@@ -9,8 +9,9 @@ use std::path::{Path, PathBuf};
 /// A file that an example consists of, beside its job.
 struct Companion {
     name: &'static str,
-    /// How the job of the project names it; the written job names it by `name`.
-    named: &'static str,
+    /// Path by which the job of the project names it; the written job names it by `name`. None of a drawing, which the
+    /// job does not read.
+    named: Option<&'static str>,
     content: &'static [u8],
 }
 
@@ -18,14 +19,34 @@ struct Companion {
 const MESHES: [Companion; 2] = [
     Companion {
         name: "block-lower.msh",
-        named: "../meshes/block-lower.msh",
+        named: Some("../meshes/block-lower.msh"),
         content: include_bytes!("../../meshes/block-lower.msh"),
     },
     Companion {
         name: "block-upper-binary.msh",
-        named: "../meshes/block-upper-binary.msh",
+        named: Some("../meshes/block-upper-binary.msh"),
         content: include_bytes!("../../meshes/block-upper-binary.msh"),
     },
+];
+
+/// Section and drawing of the example with a drawn wheel.
+const WHEEL: [Companion; 2] = [
+    Companion {
+        name: "wheel-section.msh",
+        named: Some("../meshes/wheel-section.msh"),
+        content: include_bytes!("../../meshes/wheel-section.msh"),
+    },
+    Companion { name: "wheel-outline.dxf", named: None, content: include_bytes!("../../meshes/wheel-outline.dxf") },
+];
+
+/// Section and drawing of the example with a drawn rail.
+const RAIL: [Companion; 2] = [
+    Companion {
+        name: "rail-section.msh",
+        named: Some("../meshes/rail-section.msh"),
+        content: include_bytes!("../../meshes/rail-section.msh"),
+    },
+    Companion { name: "rail-outline.csv", named: None, content: include_bytes!("../../meshes/rail-outline.csv") },
 ];
 
 /// The job of an example, and what lies beside it.
@@ -36,7 +57,21 @@ fn files(example: Example) -> (&'static str, &'static [Companion]) {
         Example::Sweep => (include_str!("../../jobs/sweep-curve.json"), &[]),
         Example::Squeal => (include_str!("../../jobs/squeal.json"), &[]),
         Example::WheelOnRail => (include_str!("../../jobs/wheel-on-rail.json"), &[]),
+        Example::Bogie => (include_str!("../../jobs/curve-of-150-m.json"), &[]),
+        Example::DrawnWheel => (include_str!("../../jobs/drawn-wheel.json"), &WHEEL),
+        Example::DrawnRail => (include_str!("../../jobs/drawn-rail.json"), &RAIL),
+        Example::FrictionModifier => (include_str!("../../jobs/friction-modifier.json"), &[]),
+        Example::TwinDisc => (include_str!("../../jobs/twin-disc.json"), &[]),
         Example::WheelOnRailContact => (include_str!("../../jobs/wheel-on-rail-contact.json"), &[]),
+    }
+}
+
+/// Way from a drawing to the section of an example with one.
+fn from_drawing(example: Example) -> Option<&'static str> {
+    match example {
+        Example::DrawnWheel => Some("railsqueal section wheel-outline.dxf --kind wheel --output wheel.msh"),
+        Example::DrawnRail => Some("railsqueal section rail-outline.csv --kind rail --output rail.msh"),
+        _ => None,
     }
 }
 
@@ -55,8 +90,9 @@ pub fn write(example: Example, job: &Path) -> Result<String> {
     let folder = job.parent().unwrap_or(Path::new(""));
     let mut wanted: Vec<(PathBuf, Vec<u8>)> = vec![(job.into(), with_schema(text).into())];
     for companion in companions {
-        let named = String::from_utf8_lossy(&wanted[0].1).replace(companion.named, companion.name);
-        wanted[0].1 = named.into_bytes();
+        if let Some(named) = companion.named {
+            wanted[0].1 = String::from_utf8_lossy(&wanted[0].1).replace(named, companion.name).into_bytes();
+        }
         wanted.push((folder.join(companion.name), companion.content.into()));
     }
     if let Some((path, _)) = wanted.iter().find(|(path, _)| path.exists()) {
@@ -84,5 +120,8 @@ pub fn write(example: Example, job: &Path) -> Result<String> {
     let mut said: String = wanted.iter().map(|(path, _)| format!("wrote {}\n", path.display())).collect();
     let (job, result) = (job.display(), super::args::default_output(job));
     said += &format!("next: railsqueal check {job}, railsqueal run {job}, railsqueal report {}\n", result.display());
+    if let Some(command) = from_drawing(example) {
+        said += &format!("a section from a drawing: {command}; it prints what the job then says of it\n");
+    }
     Ok(said)
 }

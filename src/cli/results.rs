@@ -1,5 +1,5 @@
-//! Subcommands on result files and drawings: the Python package `railsqueal` does them, found beside the program, where
-//! it was installed, or on the path.
+//! Subcommands on result files and drawings: the Python package `railsqueal` performs them, found beside the program,
+//! where it was installed, or on the path.
 
 use railsqueal::{Error, Result};
 use std::ffi::OsString;

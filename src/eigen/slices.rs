@@ -160,9 +160,10 @@ impl<'a> Slices<'a> {
                 more => columns(&both, n, more + before),
             };
             let (done, count, progress) = (self.lambda.len(), self.count, &mut *self.progress);
-            let mut told = |converged: usize, wanted: usize| match count {
+            let mut told = |converged: usize, _: usize| match count {
                 Some(count) => progress((done + converged).min(count), count),
-                None => progress(done + converged, done + wanted),
+                // How many there are below the limit is not known.
+                None => progress(done + converged, 0),
             };
             let goal = Goal::Sides(missing, ahead);
             let sizes = shifted.sizes(missing + ahead);

@@ -13,6 +13,7 @@ mod model;
 mod overrides;
 mod parse;
 mod plausible;
+mod published;
 mod range;
 mod schema;
 mod sweep;

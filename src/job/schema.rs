@@ -1,6 +1,7 @@
 //! The JSON Schema of the job, and the check of a value against it: unknown keys, missing keys, types and bounds.
 
 use super::model::Job;
+use super::published::published;
 use serde_json::{Map, Value};
 use std::sync::OnceLock;
 
@@ -11,14 +12,18 @@ use std::sync::OnceLock;
 /// assert!(schema["properties"]["contact"].is_object());
 /// ```
 pub fn schema() -> Value {
-    known().clone()
+    published(known().clone())
 }
 
-/// The same, made once.
+/// The schema that follows from the types, made once.
 fn known() -> &'static Value {
     static KNOWN: OnceLock<Value> = OnceLock::new();
     KNOWN.get_or_init(|| schemars::schema_for!(Job).to_value())
 }
+
+/// Levels of a job in which a key is searched that is unknown where it stands, and places that are named.
+const DEEPEST: usize = 7;
+const PLACES: usize = 3;
 
 /// Walks a value and the schema together and collects what is wrong, one message for each place.
 pub struct Checker {
@@ -170,7 +175,7 @@ impl Checker {
                 self.walk(value, free, &inner, faults);
             } else {
                 let allowed: Vec<String> = properties.map(|p| p.keys().cloned().collect()).unwrap_or_default();
-                faults.push(unknown_key(&inner, key, &allowed));
+                faults.push(self.unknown(&inner, key, &allowed));
             }
         }
         for key in node.get("required").and_then(Value::as_array).into_iter().flatten().filter_map(Value::as_str) {
@@ -182,6 +187,43 @@ impl Checker {
                 faults.push(format!("{}: missing; expected {about}", join(path, key)));
             }
         }
+    }
+
+    /// Message for an unknown key: with the nearest allowed one, else with the places where the job has such a key.
+    fn unknown(&self, path: &str, key: &str, allowed: &[String]) -> String {
+        let text = unknown_key(path, key, allowed);
+        match (nearest(key, allowed), self.elsewhere(key)) {
+            (None, places) if !places.is_empty() => {
+                format!("{text}. \"{key}\" is a key at {}", places.join(", "))
+            }
+            _ => text,
+        }
+    }
+
+    /// Places of the job that have a key of this name, the shortest paths first.
+    fn elsewhere(&self, key: &str) -> Vec<String> {
+        let mut level = vec![(String::new(), self.root)];
+        let mut found = Vec::new();
+        for _ in 0..DEEPEST {
+            let mut next = Vec::new();
+            for (path, node) in level {
+                for name in self.keys(node) {
+                    let place = join(&path, &name);
+                    if name == key {
+                        found.push(place.clone());
+                    }
+                    next.extend(self.child(node, &name).map(|inner| (place, inner)));
+                }
+                let items = self.resolve(node).get("items").filter(|items| items.is_object());
+                next.extend(items.map(|inner| (join(&path, "0"), inner)));
+            }
+            if found.len() >= PLACES {
+                break;
+            }
+            level = next;
+        }
+        found.truncate(PLACES);
+        found
     }
 
     /// One of several forms: `null`, a word from a list, an object whose one key selects the form, or different types.
@@ -214,7 +256,7 @@ impl Checker {
                 return;
             };
             for key in map.keys().filter(|k| !keys.contains(k)) {
-                faults.push(unknown_key(&join(path, key), key, &keys));
+                faults.push(self.unknown(&join(path, key), key, &keys));
             }
             let given: Vec<&String> = map.keys().filter(|k| keys.contains(k)).collect();
             match given[..] {

@@ -93,9 +93,7 @@ fn the_kept_schema_is_the_generated_one() {
 #[test]
 fn every_number_in_the_schema_has_a_unit_or_is_a_count_and_every_key_a_description() {
     fn visit(node: &Value, path: &str) {
-        // A form of an entry that is chosen by its one key is described itself.
-        let is_form = node["properties"].as_object().is_some_and(|p| p.len() == 1) && node.get("description").is_some();
-        if let Some(map) = node.get("properties").and_then(Value::as_object).filter(|_| !is_form) {
+        if let Some(map) = node.get("properties").and_then(Value::as_object) {
             for (key, child) in map {
                 let described = child.get("description").and_then(Value::as_str).is_some_and(|d| d.len() > 10);
                 assert!(described, "{path}/{key} has no description: {child}");
@@ -216,6 +214,11 @@ fn unknown_keys_suggest_the_near_one() {
     let message = read(job.to_string().as_bytes(), &[]).unwrap_err().to_string();
     says(&message, &["2 faults", "bodies.lower.material.yuong: unknown key; did you mean \"young\"?"]);
     says(&message, &["contact.zzz: unknown key. Allowed here: \"friction\""]);
+    // Of a key that stands elsewhere its places are named.
+    job["contact"] = json!({ "max_frequency": 1 });
+    let message = read(job.to_string().as_bytes(), &[]).unwrap_err().to_string();
+    let places = "\"max_frequency\" is a key at analyses.modes.max_frequency, analyses.stability.max_frequency";
+    says(&message, &["contact.max_frequency: unknown key", places]);
     says(&refused(&["bodies.lower.mesh.cilinder.thickness=1"]), &["did you mean \"cylinder\""]);
     says(&refused(&["nonsense=1"]), &["unknown key \"nonsense\"", "\"version\", \"title\""]);
     says(&refused(&["contact.speed.x=1"]), &["\"contact.speed\" has no keys inside"]);

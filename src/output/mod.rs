@@ -12,6 +12,7 @@
 mod checksums;
 mod claim;
 pub mod datasets;
+mod dimensions;
 mod fields;
 mod modes;
 mod partial;
@@ -26,6 +27,7 @@ mod shown;
 pub mod surface;
 mod table;
 mod values;
+pub mod verdict;
 mod vtkhdf;
 
 pub use fields::{contact_fields, on_points, BodyPart, FieldKind, FieldSpec, PointField};

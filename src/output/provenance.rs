@@ -28,6 +28,8 @@ pub struct Provenance {
     pub parts: Vec<Part>,
     /// Properties that make the results doubtful.
     pub warnings: Vec<String>,
+    /// Lines of the summary below the verdict.
+    pub summary: Vec<String>,
     /// The damping of each body with modes, in words.
     pub damping: Vec<String>,
 }
@@ -69,6 +71,10 @@ impl Provenance {
         if !self.warnings.is_empty() {
             let text = "What makes the results doubtful.";
             tables.push(Table::list("/provenance/warnings", "-", text, self.warnings.clone()));
+        }
+        if !self.summary.is_empty() {
+            let text = "Lines of the summary below the verdict.";
+            tables.push(Table::list("/provenance/summary", "-", text, self.summary.clone()));
         }
         if !self.damping.is_empty() {
             let text = "Damping of each body with modes, in words.";

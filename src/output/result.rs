@@ -125,6 +125,11 @@ impl<'w> ResultFile<'w> {
         tables.into_iter().for_each(|t| self.table(t));
     }
 
+    /// On rank 0: the tables that were added so far.
+    pub fn tables_so_far(&self) -> &[Table] {
+        &self.tables
+    }
+
     /// Collective: leaves a complete sequence to this file: it gets its name when this one does.
     pub fn attach(&mut self, sequence: SequenceFile) -> Result<()> {
         self.attached.push(sequence.close()?);

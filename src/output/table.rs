@@ -1,12 +1,16 @@
 //! A table: one dataset outside `/VTKHDF`, held on rank 0 until the file is finished.
 
 use super::checksums::digest;
+use super::dimensions::labels;
 use super::provenance::hexadecimal;
 use super::values::{unicode, Layout, Values};
+use hdf5::types::VarLenUnicode;
 use hdf5::{File, Location};
 
 /// Attribute with the SHA-256 of a dataset.
 pub(super) const SUM: &str = "sha256";
+/// Attribute with the names of the dimensions of a dataset, as HDF5's dimension scales have it.
+const LABELS: &str = "DIMENSION_LABELS";
 /// Tables larger than this are compressed.
 const COMPRESS_FROM: usize = 1 << 16;
 
@@ -103,6 +107,12 @@ impl Table {
         let (group, name) = parent(file, &self.path)?;
         let dataset = self.values.create(&group, &name, &self.shape, layout)?;
         describe(&dataset, &self.units, &self.description)?;
+        let labels = labels(&self.path, self.shape.len());
+        if !labels.is_empty() {
+            let labels: Vec<VarLenUnicode> = labels.into_iter().map(unicode).collect::<hdf5::Result<_>>()?;
+            let attribute = dataset.new_attr::<VarLenUnicode>().shape(labels.len()).create(LABELS)?;
+            attribute.write_raw(&labels)?;
+        }
         if self.summed {
             let sum = hexadecimal(&digest(&self.path, &self.shape, &self.values));
             dataset.new_attr::<hdf5::types::VarLenUnicode>().create(SUM)?.write_scalar(&unicode(&sum)?)?;

@@ -34,6 +34,14 @@ pub fn is_rigid(value: Complex<f64>) -> bool {
     value.norm() < RIGID
 }
 
+/// Imaginary part of an eigenvalue over its modulus from which on it oscillates; below it is rounding.
+const OSCILLATION: f64 = 1e-6;
+
+/// True for an eigenvalue with a frequency; the others grow or decay without oscillation.
+pub fn oscillates(value: Complex<f64>) -> bool {
+    value.im.abs() > OSCILLATION * value.norm()
+}
+
 /// True for a motion of the eigenvalue `value` (1/s), found with `backward_error`, that is not rigid and grows by more
 /// than rounding: the only rule by which anything is called unstable.
 ///

@@ -209,7 +209,7 @@ fn a_start_is_as_large_as_asked_for_with_reactions_that_hold_there() {
     let output = folder.text("run.h5");
     call(&sets, &["--output", &output, "--wall-time", "0.001"]).failed(5, &["after 700 of 2000 steps"]);
     let ran = call(&sets, &["--resume", &output]);
-    let line = ran.good().out.lines().find(|l| l.contains("of a step") && l.contains("iterations"));
+    let line = ran.good().out.lines().find(|l| l.contains("work per step") && l.contains("iterations"));
     let line = line.unwrap_or_else(|| panic!("no effort: {}", ran.out));
     let words: Vec<&str> = line.split_whitespace().collect();
     let at = words.iter().position(|w| w.starts_with("iterations")).expect("iterations");

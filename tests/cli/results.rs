@@ -21,7 +21,22 @@ fn program(arguments: &[&str]) -> Ran {
 
 #[test]
 fn jobs_to_begin_with_are_valid_and_replace_nothing() {
-    for name in ["two-cylinders", "own-mesh", "sweep", "squeal", "wheel-on-rail", "wheel-on-rail-contact"] {
+    let names = [
+        "two-cylinders",
+        "own-mesh",
+        "sweep",
+        "squeal",
+        "wheel-on-rail",
+        "wheel-on-rail-contact",
+        "bogie",
+        "drawn-wheel",
+        "drawn-rail",
+        "friction-modifier",
+        "twin-disc",
+    ];
+    let help = program(&["init", "--help"]);
+    for name in names {
+        assert!(help.good().out.contains(name), "{name}: {}", help.out);
         let folder = tempfile::tempdir().expect("temporary folder");
         let init = || finish(Command::new(PROGRAM).current_dir(&folder).args(["init", name]));
         let job = format!("{name}.json");
@@ -92,12 +107,47 @@ fn without_python_it_is_said_what_to_install() {
 
 #[test]
 fn a_stopped_run_is_drawn_as_far_as_it_came() {
-    let job = sliding(json!({ "duration": 0.1, "segment": 200, "contact_stride": 10 }));
+    let points = json!([{ "name": "rim", "body": "upper", "at": [0.5, -0.02, 0.5] }]);
+    let job = sliding(json!({ "duration": 0.1, "segment": 200, "contact_stride": 10, "points": points }));
     let folder = Folder::with(job.to_string());
     folder.call(1, "run", &["--wall-time", "1e-3"]).failed(5, &["stopped by the limit of wall time"]);
     assert!(!folder.path("job.h5").exists());
     let ran = program(&["plot", &folder.text("job.h5"), "--format", "svg"]);
     assert!(ran.good().out.contains("job-growth.svg") && folder.path("job-growth.svg").exists(), "{ran:?}");
+    // It is heard as well.
+    let sound = |more: &[&str]| program(&[&["sound", &folder.text("job.h5")], more].concat());
+    let ran = sound(&["--point", "rim", "--out", &folder.text("rim.wav")]);
+    assert!(ran.good().out.contains("rim.wav"), "{}", ran.out);
+    let wave = std::fs::read(folder.path("rim.wav")).expect("a sound file");
+    // A segment of 2 ms at 44.1 kHz, 16 bit, behind a head of 44 bytes.
+    assert!(wave.len() > 44 + 2 * 80 && wave.starts_with(b"RIFF") && wave[8..12] == *b"WAVE");
+    sound(&["--point", "hub"]).failed(2, &["'hub'", "rim"]);
+}
+
+/// The summary is printed again from the file, and fields become files of other programs.
+#[test]
+fn summary_and_fields_come_out_of_a_result() {
+    let folder = Folder::with(small().to_string());
+    let ran = folder.call(1, "run", &["--only", "steady"]);
+    let again = program(&["summary", &folder.text("job.h5")]);
+    let lines = ran.good().out.lines().filter(|line| !line.starts_with("results: "));
+    assert_eq!(again.good().out.lines().collect::<Vec<_>>(), lines.collect::<Vec<_>>());
+    // A result of an earlier program has a verdict all the same.
+    let earlier = program(&["summary", GOLDEN]);
+    assert!(earlier.good().out.starts_with("No squeal found up to "), "{}", earlier.out);
+    let out = folder.text("out");
+    for (format, names) in [("vtu", &["job.vtu"][..]), ("xdmf", &["job.xdmf", "job.xdmf.h5"])] {
+        let ran = program(&["export", &folder.text("job.h5"), "--format", format, "--out", &out]);
+        for name in names {
+            assert!(ran.good().out.contains(name) || folder.path("out").join(name).exists(), "{name}: {ran:?}");
+        }
+    }
+    assert!(std::fs::read_to_string(folder.path("out/job.vtu")).expect("a file").contains("\"pressure\""));
+    program(&["export", &folder.text("job.h5"), "--format", "stl"]).failed(2, &["stl", "vtu"]);
+    program(&["sound", &folder.text("job.h5")]).failed(3, &["analyses.transient"]);
+    for (command, option) in [("sound", "--point"), ("export", "xdmf"), ("summary", "FILE.h5")] {
+        assert!(program(&[command, "--help"]).good().out.contains(option), "{command}");
+    }
 }
 
 /// The surfaces of meshes before a run: written, drawn, written again; nothing else is replaced; and written too

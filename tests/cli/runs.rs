@@ -85,6 +85,8 @@ fn a_run_prints_a_summary_and_writes_beside_the_job() {
     for part in ["steady rolling", "normal force", "job.h5"] {
         assert!(ran.good().out.contains(part), "no {part:?} in: {}", ran.out);
     }
+    let first = ran.out.lines().next().unwrap_or_default();
+    assert!(first.starts_with("No statement on squeal") && first.ends_with("computed: steady rolling."), "{first}");
     assert!(ran.err.contains("meshing") && ran.err.contains("factorisation"), "progress: {}", ran.err);
     assert!(folder.listing().contains(&"job.h5".to_string()), "{:?}", folder.listing());
     let force = numbers(&folder.path("job.h5"), "contact/force");
@@ -129,7 +131,7 @@ fn options_of_petsc_that_nothing_asks_for_are_reported() {
     job["petsc_options"] = json!({ "no_such_option": 3 });
     let folder = Folder::with(job.to_string());
     let ran = folder.call(1, "run", &["--only", "steady", "--", "-another_one", "x"]);
-    for part in ["no_such_option", "another_one"] {
+    for part in ["unused PETSc options", "no_such_option", "another_one"] {
         assert!(ran.good().err.contains(part), "no {part:?} in: {}", ran.err);
     }
 }
@@ -244,7 +246,7 @@ fn falling_friction_drives_and_loss_factors_damp() {
         ));
         if name == "falling" {
             assert!(
-                ran.out.contains("memory of friction                 20.0000 µm, to be longer than "),
+                ran.out.contains("friction memory length             20.0000 µm (minimum for well-posedness "),
                 "{}",
                 ran.out
             );

@@ -182,6 +182,9 @@ fn a_point_that_fails_leaves_the_others() {
     let python = if std::path::Path::new(&venv).exists() { venv } else { "python3".into() };
     let result = folder.text("job.h5");
     finish(Command::new(&python).args([&format!("{root}/tests/python/documented.py"), &result])).good();
+    // The verdict is that of the package, but for the names of the keys.
+    script("check_verdict.py", &[&result]).good();
+    assert!(ran.out.contains("; 2 points failed; fastest "), "{}", ran.out);
     let drawn = finish(Command::new(format!("{root}/scripts/plot")).arg(&result));
     for picture in ["job-sweep-map.png", "job-receptance.png"] {
         assert!(drawn.good().out.contains(picture) && folder.path(picture).exists(), "{drawn:?}");

@@ -2,6 +2,7 @@
 
 use crate::job::SweepPlan;
 use crate::output::datasets::sweep::Outcome;
+use crate::stability::oscillates;
 use crate::summary::Summary;
 use crate::{Error, Result};
 use num_complex::Complex;
@@ -70,15 +71,13 @@ pub(super) fn summarise(plan: &SweepPlan, all: &[Outcome], models: usize, kind: 
     let growth = |i: &usize| all[*i].eigenvalues.first().map_or(f64::NEG_INFINITY, |l| l.re);
     let worst = (0..all.len()).filter(|&i| all[i].status == 0).max_by(|a, b| growth(a).total_cmp(&growth(b)));
     if let Some(l) = worst.and_then(|i| all[i].eigenvalues.first()) {
-        let frequency = l.im.abs() / (2.0 * std::f64::consts::PI);
-        summary.value("largest growth rate", format!("{:+.4} 1/s at {frequency:.3} Hz", l.re));
+        summary.value("largest growth rate", rate(l));
         summary.value("  there", plan.place(worst.unwrap_or_default()));
     }
     if all.len() <= LISTED {
         for (i, outcome) in all.iter().enumerate().filter(|(_, o)| o.status == 0) {
             let Some(l) = outcome.eigenvalues.first() else { continue };
-            let frequency = l.im.abs() / (2.0 * std::f64::consts::PI);
-            let text = format!("{:+.4} 1/s at {frequency:.3} Hz, {} unstable", l.re, outcome.unstable());
+            let text = format!("{}, {} unstable", rate(l), outcome.unstable());
             summary.value(&format!("  {}", plan.place(i)), text);
         }
     }
@@ -93,4 +92,12 @@ pub(super) fn summarise(plan: &SweepPlan, all: &[Outcome], models: usize, kind: 
         plan.place(first),
         all[first].message
     )));
+}
+
+/// Growth rate and frequency of an eigenvalue.
+fn rate(value: &Complex<f64>) -> String {
+    match oscillates(*value) {
+        true => format!("{:+.4} 1/s at {:.3} Hz", value.re, value.im.abs() / (2.0 * std::f64::consts::PI)),
+        false => format!("{:+.4} 1/s without oscillation", value.re),
+    }
 }

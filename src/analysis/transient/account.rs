@@ -74,8 +74,8 @@ impl Account {
     pub(super) fn report(&self, names: &[String], summary: &mut Summary) -> Result<()> {
         let Some(all) = self.last.len().checked_sub(self.last.len() / 2).filter(|n| *n > 0) else { return Ok(()) };
         // The first half of what is kept may belong to the start.
-        let late = || self.last.iter().skip(self.last.len() - all);
-        summary.value("looked at below", format!("the last {:.4} s", all as f64 * self.step));
+        let late = || self.late();
+        summary.value("statistics over", format!("the last {:.4} s", all as f64 * self.step));
         let mut sways = [0.0; 3];
         for (c, name) in ["x, longitudinal", "y, lateral", "z, normal"].into_iter().enumerate() {
             let (mean, sway) = spread(late().map(|k| k.force[c]));
@@ -88,8 +88,7 @@ impl Account {
         let share = format!("{:.1} % of the closed nodes on the mean, {:.1} % at most", 100.0 * stick, 100.0 * most);
         summary.value("stick", share);
         let along = usize::from(sways[1] >= sways[0]);
-        let record: Vec<f64> = late().map(|k| k.force[along]).collect();
-        let lines = lines(&record, self.step)?;
+        let lines = self.lines(along)?;
         if !lines.is_empty() {
             let text: Vec<String> = lines.iter().map(|(f, share)| format!("{f:.2} Hz ({share:.2})")).collect();
             let name = format!("frequencies of the {} force", ["longitudinal", "lateral"][along]);
@@ -112,6 +111,26 @@ impl Account {
             );
         }
         Ok(())
+    }
+
+    /// Growth rate of the motion while it is small, 1/s, and the strongest frequency of the tangential force in the
+    /// end, Hz, where there are any.
+    pub(super) fn motion(&self) -> Result<(Option<f64>, Option<f64>)> {
+        let (longitudinal, lateral) = (self.lines(0)?, self.lines(1)?);
+        let sway = |c: usize| spread(self.late().map(|k| k.force[c])).1;
+        let lines = if sway(1) >= sway(0) { lateral } else { longitudinal };
+        Ok((self.growth().map(|g| g.rate), lines.first().map(|line| line.0)))
+    }
+
+    /// The later half of the steps that are kept.
+    fn late(&self) -> impl Iterator<Item = &Kept> + Clone + '_ {
+        self.last.iter().skip(self.last.len() / 2)
+    }
+
+    /// The strongest lines of a component of the force in the end.
+    fn lines(&self, component: usize) -> Result<Vec<(f64, f64)>> {
+        let record: Vec<f64> = self.late().map(|k| k.force[component]).collect();
+        lines(&record, self.step)
     }
 
     /// The law of the motion while it is small: until the kinetic energy is a tenth of its largest, or, where it
@@ -208,6 +227,8 @@ mod tests {
         assert_eq!(found.len(), 2, "{found:?}");
         assert!((found[0].0 - frequency).abs() < 0.05 && (found[1].0 - 2.0 * frequency).abs() < 0.05, "{found:?}");
         assert!((found[1].1 - 0.3).abs() < 0.01, "{found:?}");
+        let (rate, frequency) = account.motion().unwrap();
+        assert!(rate == Some(growth.rate) && frequency == Some(found[0].0), "{rate:?}, {frequency:?}");
         let mut summary = Summary::default();
         account.report(&["rim".to_owned()], &mut summary).unwrap();
         let text = summary.to_string();

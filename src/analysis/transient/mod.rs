@@ -25,6 +25,7 @@ use crate::model::ReducedModel;
 use crate::output::datasets::checkpoint::{self, Checkpoint};
 use crate::output::datasets::points::Points;
 use crate::output::datasets::record::grid;
+use crate::output::verdict::of_motion;
 use crate::output::{Segments, Table};
 use crate::progress::Progress;
 use crate::stability::grows;
@@ -154,9 +155,9 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
         run.summary.line(format!("transient: {} s in steps of {} s", wanted.duration, wanted.step));
         roughness::described(inputs.job)?.into_iter().for_each(|line| run.summary.line(line));
         if *steps > 0 {
-            run.summary.value("time of a step", format!("{:.3} ms", 1e3 * seconds / *steps as f64));
+            run.summary.value("computing time per step", format!("{:.3} ms", 1e3 * seconds / *steps as f64));
             run.summary.value(
-                "of a step",
+                "work per step",
                 format!(
                     "{:.2} iterations, {:.2} products, {:.2} solutions, {:.4} factorisations, {:.4} sweeps",
                     per(effort.iterations),
@@ -180,6 +181,11 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
     if let Some(sound) = &sound {
         run.progress.stage("sound power");
         sound.write(run, inputs)?;
+    }
+    if let (Some(Done { account, .. }), None) = (&done, &run.job.analyses.stability) {
+        let (rate, frequency) = account.motion()?;
+        let sentence = of_motion(&run.given.to_json(), run.file.tables_so_far(), rate, frequency);
+        run.summary.verdict([sentence]);
     }
     if wanted.body_stride > 0 {
         run.progress.stage("motion of the bodies");

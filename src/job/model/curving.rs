@@ -156,7 +156,7 @@ pub struct PrimarySuspension {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactOfWheel {
-    /// The wheel.
+    /// Wheel of the vehicle whose contact is computed.
     pub wheel: VehicleWheel,
 }
 

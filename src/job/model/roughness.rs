@@ -60,7 +60,7 @@ pub enum RoughnessPart {
     Flat(RoughFlat),
     /// A dipped joint: two rails bent down where they meet.
     Joint(RoughJoint),
-    /// A step.
+    /// A step in the height of the surface.
     Step(RoughStep),
 }
 

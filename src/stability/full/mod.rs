@@ -180,7 +180,7 @@ fn around(
     progress: &mut Progress,
 ) -> Result<(Vec<FullPair>, ShiftReport)> {
     let hertz = shift.im / (2.0 * std::f64::consts::PI);
-    let mut told = |done, of| progress.step(&format!("eigenvalues about {hertz:.0} Hz"), done, of);
+    let mut told = |done, of| progress.converged(&format!("eigenvalues about {hertz:.0} Hz"), done, of);
     let around = system
         .nearest(petsc, options.method, wanted, &mut told)
         .map_err(|e| e.context(format!("stability, full system, shift at {hertz:.1} Hz")))?;
