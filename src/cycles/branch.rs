@@ -2,7 +2,7 @@
 //! 1977; E. L. Allgower, K. Georg, Numerical Continuation Methods, 1990), with the stability of each cycle.
 
 pub use super::corrector::Family;
-use super::corrector::{norm, Condition, Corrected, Equations};
+use super::corrector::{norm, update, Condition, Corrected, Equations};
 use super::floquet::{multipliers, Multipliers};
 use super::Cycle;
 use crate::{Error, Result};
@@ -124,10 +124,14 @@ const FIRST: f64 = 0.2;
 const SHORTEST: f64 = 1e-3;
 /// Iterations below which steps become longer, and above which they become shorter.
 const ITERATIONS: [usize; 2] = [5, 9];
+/// Cosine of the angle between tangent and chord of a step below which steps become shorter.
+const BEND: f64 = 0.97;
 /// Motion, in units, that counts as rest.
 const REST: f64 = 0.02;
 /// Rounds in which a special point is located.
 const ROUNDS: usize = 12;
+/// Part of the longer side of a bracket at which the golden section looks next.
+const GOLDEN: f64 = 0.381_966_011_250_105;
 /// Halvings in which an event is located.
 const BISECTIONS: usize = 40;
 
@@ -224,7 +228,7 @@ impl Walk<'_, '_, '_> {
                 return Ok(End::Rest);
             }
             let chord: Vec<f64> = point.u.iter().zip(&here.u).map(|(a, b)| a - b).collect();
-            for special in self.between(points, (&here, &tangent), &point)? {
+            for special in self.between(points, &here, &point)? {
                 points.push(special);
                 if !step(&last(points))? {
                     return Ok(End::Stopped);
@@ -239,7 +243,10 @@ impl Walk<'_, '_, '_> {
             if let Some(end) = end {
                 return Ok(end);
             }
-            if iterations <= ITERATIONS[0] {
+            let straight = tangent.iter().zip(&ahead).map(|(t, c)| t * c).sum::<f64>();
+            if straight < BEND {
+                length *= 0.5;
+            } else if iterations <= ITERATIONS[0] {
                 length = (1.5 * length).min(self.extent.longest);
             } else if iterations >= ITERATIONS[1] {
                 length *= 0.6;
@@ -264,14 +271,23 @@ impl Walk<'_, '_, '_> {
         let found = found.and_then(|found| {
             let moved: Vec<f64> = found.u.iter().zip(&here.u).map(|(a, b)| a - b).collect();
             match norm(&moved) <= 3.0 * length {
-                true => Ok(found),
+                true => Ok((found, moved)),
                 false => Err(Error::NotConverged("limit cycles: a step along the branch leads away from it".into())),
             }
         });
-        if found.is_err() {
-            (self.jacobian, self.equations.memory) = kept;
+        let (found, moved) = match found {
+            Ok(found) => found,
+            Err(e) => {
+                (self.jacobian, self.equations.memory) = kept;
+                return Err(e);
+            }
+        };
+        // The equations hold at both ends.
+        if let Some(j) = &mut self.jacobian {
+            let zeros = vec![0.0; j.nrows()];
+            update(j, &moved, &zeros, &zeros);
         }
-        found
+        Ok(found)
     }
 
     /// The cycle at the key `key` between `here` and `there`.
@@ -309,23 +325,13 @@ impl Walk<'_, '_, '_> {
     }
 
     /// Special points between the last points of a branch, `here`, and the next one.
-    fn between(&mut self, points: &[Point], (here, tangent): (&Point, &[f64]), there: &Point) -> Result<Vec<Point>> {
+    fn between(&mut self, points: &[Point], here: &Point, there: &Point) -> Result<Vec<Point>> {
         let mut found: Vec<Point> = Vec::new();
-        let chord: Vec<f64> = there.u.iter().zip(&here.u).map(|(a, b)| a - b).collect();
-        let rises = |t: &[f64]| t[t.len() - 1] > 0.0;
-        let turned = rises(tangent) != rises(&self.ahead(there, &chord)?);
-        if turned {
-            found.extend(self.fold(here, there)?);
-        }
         let ordinary: Vec<&Point> = points.iter().filter(|p| p.special.is_none()).collect();
         let before = ordinary.len().checked_sub(2).map(|k| ordinary[k]);
-        let told = |p: &Point| p.special.is_some_and(|s| s.kind == SpecialKind::Fold);
-        let late = !turned && !points.iter().rev().take_while(|p| p.special.is_some()).any(told);
-        if let Some(before) = before.filter(|b| late && (here.key - b.key) * (there.key - here.key) < 0.0) {
-            // The tangents were not good enough to see it in time.
-            if !points.iter().rev().skip_while(|p| p.key != before.key).take(3).any(told) {
-                found.extend(self.fold(before, there)?);
-            }
+        let before = before.filter(|b| (here.key - b.key) * (there.key - here.key) < 0.0);
+        if let Some(before) = before {
+            found.extend(self.fold(before, here, there)?);
         }
         for (kind, of) in EVENTS {
             if of(&here.cycle) != of(&there.cycle) {
@@ -333,7 +339,7 @@ impl Walk<'_, '_, '_> {
             }
         }
         if let (Some(a), Some(b)) = (&here.multipliers, &there.multipliers) {
-            let folds = found.iter().any(told);
+            let folds = before.is_some();
             let change = a.unstable().abs_diff(b.unstable());
             // At a fold one multiplier passes through +1 anyway.
             if change > usize::from(folds) || (change == 1 && !folds) {
@@ -343,44 +349,54 @@ impl Walk<'_, '_, '_> {
         Ok(found)
     }
 
-    /// The fold between two cycles, where the key is largest or smallest: parabolas through three cycles.
-    fn fold(&mut self, before: &Point, after: &Point) -> Result<Option<Point>> {
+    /// The fold near `middle`, where the key is largest or smallest: parabolas through three cycles, and the golden
+    /// section where they lead nowhere.
+    fn fold(&mut self, before: &Point, middle: &Point, after: &Point) -> Result<Option<Point>> {
         let tolerance = self.extent.located * (self.extent.range[1] - self.extent.range[0]);
-        let middle = self.on_chord(&before.u, &after.u, 0.5)?;
-        let middle = self.equations.key_of(&middle.u);
-        let mut known: Vec<(f64, f64)> = vec![(0.0, before.key), (0.5, middle), (1.0, after.key)];
-        let sign = if middle > 0.5 * (before.key + after.key) { 1.0 } else { -1.0 };
+        let chord: Vec<f64> = after.u.iter().zip(&before.u).map(|(a, b)| a - b).collect();
+        let length = norm(&chord);
+        let row: Vec<f64> = chord.iter().map(|c| c / length).collect();
+        let place = |u: &[f64]| u.iter().zip(&before.u).zip(&row).map(|((u, a), r)| (u - a) * r).sum::<f64>() / length;
+        let sign = if middle.key > before.key { 1.0 } else { -1.0 };
+        let known = |p: &Point| (place(&p.u), sign * p.key, p.u.clone());
+        let [mut a, mut b, mut c] = [known(before), known(middle), known(after)];
         let mut best: Option<Corrected> = None;
-        let mut last = middle;
-        for _ in 0..ROUNDS {
-            known.sort_by(|a, b| a.0.total_cmp(&b.0));
-            let top = (0..known.len()).max_by(|&a, &b| (sign * known[a].1).total_cmp(&(sign * known[b].1)));
-            let top = top.unwrap_or(1).clamp(1, known.len() - 2);
-            let [a, b, c] = [known[top - 1], known[top], known[top + 1]];
+        for _ in 0..BISECTIONS {
             let (d, e) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
-            let curved = (e - d) / (c.0 - a.0);
-            let next = 0.5 * (a.0 + b.0) - 0.5 * d / curved;
-            if !(next > a.0 && next < c.0) {
-                break;
-            }
-            let there = match self.on_chord(&before.u, &after.u, next) {
+            let vertex = 0.5 * (a.0 + b.0) - 0.5 * d * (c.0 - a.0) / (e - d);
+            let wide = if b.0 - a.0 > c.0 - b.0 { a.0 - b.0 } else { c.0 - b.0 };
+            let good = vertex > a.0 && vertex < c.0 && (vertex - b.0).abs() > 0.02 * wide.abs();
+            let next = if good { vertex } else { b.0 + GOLDEN * wide };
+            let (low, high) = if next < b.0 { (&a, &b) } else { (&b, &c) };
+            let part = (next - low.0) / (high.0 - low.0);
+            let guess: Vec<f64> = low.2.iter().zip(&high.2).map(|(l, h)| l + part * (h - l)).collect();
+            let conditions = [self.equations.phase(&guess), Condition { row: row.clone(), reference: guess.clone() }];
+            let there = match self.equations.correct(guess, &conditions, &mut self.jacobian) {
                 Ok(there) => there,
                 Err(e) if matches!(e, Error::NotConverged(_)) => break,
                 Err(e) => return Err(e),
             };
-            let key = self.equations.key_of(&there.u);
-            known.push((next, key));
-            let near = (key - last).abs() < 0.3 * tolerance;
-            if best.as_ref().is_none_or(|b| sign * key >= sign * self.equations.key_of(&b.u)) {
+            let now = (next, sign * self.equations.key_of(&there.u), there.u.clone());
+            let gain = (now.1 - b.1).abs();
+            match (now.1 > b.1, next < b.0) {
+                (true, true) => (c, b) = (b, now),
+                (true, false) => (a, b) = (b, now),
+                (false, true) => a = now,
+                (false, false) => c = now,
+            }
+            if b.2 == there.u {
                 best = Some(there);
             }
-            last = key;
-            if near {
+            // Parabolas come near at once; the golden section halves what is left in two steps.
+            if gain < 0.1 * tolerance && (good || c.1.max(a.1) > b.1 - tolerance) {
                 break;
             }
         }
-        let special = Special { kind: SpecialKind::Fold, second: 0.0 };
-        best.map(|found| self.point(found, Some(special))).transpose()
+        let special = Some(Special { kind: SpecialKind::Fold, second: 0.0 });
+        match best {
+            Some(found) => self.point(found, special).map(Some),
+            None => Ok(Some(Point { special, ..middle.clone() })),
+        }
     }
 
     /// The cycle between two at which what `of` says changes, by bisection.
@@ -455,7 +471,10 @@ impl Walk<'_, '_, '_> {
                 break;
             }
         }
-        Ok(best)
+        // At a fold that has not shown yet the key goes beyond both.
+        let beyond = |p: &Point| (p.key - here.key) * (there.key - p.key) <= 0.0;
+        let folds = |p: &Point| p.special.is_some_and(|s| s.kind == SpecialKind::Crossing) && beyond(p);
+        Ok(best.filter(|p| !folds(p)))
     }
 }
 

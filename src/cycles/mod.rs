@@ -18,6 +18,8 @@ pub mod corrector;
 pub mod floquet;
 mod prescribed;
 mod receptance;
+#[cfg(test)]
+mod tests;
 
 pub use balance::{Balance, Conditions, Cycle, Memory, Resolution, Structure};
 pub use branch::{Branch, End, Extent, Family, Point, Special, SpecialKind};
