@@ -373,7 +373,7 @@ impl Walk<'_, '_, '_> {
             let conditions = [self.equations.phase(&guess), Condition { row: row.clone(), reference: guess.clone() }];
             let there = match self.equations.correct(guess, &conditions, &mut self.jacobian) {
                 Ok(there) => there,
-                Err(e) if matches!(e, Error::NotConverged(_)) => break,
+                Err(Error::NotConverged(_)) => break,
                 Err(e) => return Err(e),
             };
             let now = (next, sign * self.equations.key_of(&there.u), there.u.clone());
@@ -412,7 +412,7 @@ impl Walk<'_, '_, '_> {
             let part = 0.5 * (low.0 + high.0);
             let found = match self.on_chord(&here.u, &there.u, part) {
                 Ok(found) => found,
-                Err(e) if matches!(e, Error::NotConverged(_)) => break,
+                Err(Error::NotConverged(_)) => break,
                 Err(e) => return Err(e),
             };
             let now = (part, self.equations.key_of(&found.u));
@@ -436,7 +436,11 @@ impl Walk<'_, '_, '_> {
         let (Some(a), Some(b)) = (a, b) else { return Ok(None) };
         let count = a.unstable().min(b.unstable());
         // The first of those that are not outside on both sides.
-        let level = |m: &Multipliers| m.values.get(unlike(m, count)).map_or(-1.0, |v| v.norm().ln());
+        let growth = |m: &Multipliers| m.values.get(unlike(m, count)).map_or(-1.0, |v| v.norm().ln());
+        // One that is outside by less than its error counts as inside: the passage is looked for above it.
+        let within = growth(a).min(growth(b));
+        let zero = if within > 0.0 { 0.5 * (growth(a) + growth(b)) } else { 0.0 };
+        let level = |m: &Multipliers| growth(m) - zero;
         let (mut low, mut high) = ((0.0, level(a), here.key), (1.0, level(b), there.key));
         let mut best: Option<Point> = None;
         for round in 0..ROUNDS {
@@ -445,7 +449,7 @@ impl Walk<'_, '_, '_> {
             let part = if inside { secant } else { 0.5 * (low.0 + high.0) };
             let found = match self.on_chord(&here.u, &there.u, part) {
                 Ok(found) => found,
-                Err(e) if matches!(e, Error::NotConverged(_)) => break,
+                Err(Error::NotConverged(_)) => break,
                 Err(e) => return Err(e),
             };
             let point = self.point(found, None)?;

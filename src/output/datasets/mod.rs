@@ -1,5 +1,6 @@
 //! The datasets of the result file: names, units, shapes and descriptions, one file a group (`docs/output.md`).
 
+pub mod branches;
 pub mod checkpoint;
 pub mod contact;
 pub mod creep_curve;
