@@ -16,12 +16,12 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
     axis = quantity(branch.along, result.units("cycles/key"), body_words(result.job)).axis
     parts = ['<h2 id="branches">Limit cycles as solutions</h2>']
     sides = {1: "above", 0: "below"}
-    rows = [
+    onsets = [
         (digits(key, "{:.6f}"), sides[int(above)], digits(frequency, "{:.3f}"))
         for key, above, frequency in zip(branch.onset_key, branch.onset_above, branch.onset_frequency)
     ]
-    if rows:
-        parts += ["<h3>Squeal starts by itself</h3>", table((axis, "side", "frequency, Hz"), rows)]
+    if onsets:
+        parts += ["<h3>Squeal starts by itself</h3>", table((axis, "side", "frequency, Hz"), onsets)]
     cells = [
         (
             branch.special[k],
