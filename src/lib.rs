@@ -64,6 +64,7 @@ pub mod body;
 pub mod case;
 pub mod contact;
 pub mod curving;
+pub mod cycles;
 mod dense;
 pub mod eigen;
 pub mod error;

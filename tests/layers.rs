@@ -35,6 +35,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("curving", &["friction", "placement", "contact"]),
     ("stability", &["dense", "parallel", "progress", "job", "petsc", "eigen", "body", "model", "contact"]),
     ("transient", &["dense", "friction", "grid", "roughness", "model", "contact"]),
+    ("cycles", &["grid", "model", "transient"]),
     ("sound", &["parallel", "quadrature", "mesh", "fem", "swept", "body"]),
     (
         "output",
@@ -52,6 +53,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "curving",
             "stability",
             "transient",
+            "cycles",
         ],
     ),
     ("summary", &["job"]),
@@ -102,6 +104,7 @@ const ROOMS: &[(&str, &[&str])] = &[
             "contact",
             "stability",
             "transient",
+            "cycles",
             "sound",
             "output",
             "stop",

@@ -357,6 +357,56 @@ class Sweep(Table):
 
 
 @dataclass(frozen=True)
+class Branches(Table):
+    """A branch of limit cycles over a key, from one end to the other."""
+
+    needs: ClassVar[str] = "cycles/key"
+    analysis: ClassVar[str] = "cycles"
+
+    along: str  # the key
+    key: Floats  # [p], its value
+    frequency: Floats  # [p], Hz
+    kinetic: Floats  # [p], J
+    stick: Floats  # [p, 2], mean and largest share
+    normal: Floats  # [p, 2], N, least and largest
+    force_rms: Floats  # [p, 3], N
+    velocity_rms: Floats  # [p, 2, 3], m/s
+    multiplier: Complexes  # [p, 12], NaN where there are fewer
+    unstable: Integers  # [p], multipliers outside the unit circle, -1 where they were not computed
+    special: list[str]  # [p], kind of a special point, empty of an ordinary cycle
+    second_frequency: Floats  # [p], Hz
+    start: int  # place of the cycle that was marched
+    end: list[str]  # why the branch ends, on both sides
+    onset_key: Floats  # [o], where the stability of rest changes
+    onset_frequency: Floats  # [o], Hz
+    onset_above: Integers  # [o], 1 where rest is unstable above
+
+    @classmethod
+    def of(cls, result: Result) -> Self:
+        """The branch of a result."""
+        cls.expect(result)
+        return cls(
+            result.texts("cycles/along")[0],
+            result.array("cycles/key"),
+            result.array("cycles/frequency"),
+            result.array("cycles/kinetic"),
+            result.array("cycles/stick"),
+            result.array("cycles/normal"),
+            result.array("cycles/force_rms"),
+            result.array("cycles/velocity_rms"),
+            result.complexes("cycles/multiplier"),
+            result.integers("cycles/unstable"),
+            result.texts("cycles/special"),
+            result.array("cycles/second_frequency"),
+            int(np.asarray(result["cycles/start"])),
+            result.texts("cycles/end"),
+            result.array("cycles/onset/key"),
+            result.array("cycles/onset/frequency"),
+            result.integers("cycles/onset/above"),
+        )
+
+
+@dataclass(frozen=True)
 class Cycles(Table):
     """Limit cycles of the points of a sweep, one row for each branch; numbers of what rests or was not computed are 0
     or NaN."""

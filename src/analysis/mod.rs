@@ -3,6 +3,7 @@
 mod complex_modes;
 mod creep_curve;
 mod curving;
+mod cycles;
 mod deferred;
 mod full_stability;
 mod inputs;
@@ -80,6 +81,7 @@ fn wanted(job: &Job) -> Vec<(&'static str, Capability)> {
         ("stability", a.stability.is_some(), Capability::Modes),
         ("stability.full", a.stability.as_ref().is_some_and(|s| s.full.is_some()), Capability::FullSystem),
         ("transient", a.transient.is_some(), Capability::Modes),
+        ("cycles", a.cycles.is_some(), Capability::Modes),
         ("transient.model", transient(&|t| t.model == TransientModel::Full), Capability::FullSystem),
         ("transient.points", transient(&|t| !t.points.is_empty()), Capability::Fields),
         ("transient.sound_power", transient(&|t| t.sound_power.is_some()), Capability::Surface),

@@ -172,5 +172,6 @@ pub(super) fn by_products(job: &Job) -> bool {
         && analyses.stability.is_none()
         && analyses.creep_curve.is_none()
         && analyses.transient.is_none()
+        && analyses.cycles.is_none()
         && job.sweep.is_none()
 }

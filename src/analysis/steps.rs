@@ -34,6 +34,8 @@ pub enum Step {
     CreepCurve,
     /// An analysis.
     Transient,
+    /// An analysis.
+    Cycles,
     /// No later step solves with the stiffness: its factors are freed.
     FreeSolvers,
     /// No later step looks at the mode shapes: they are freed.
@@ -105,6 +107,7 @@ fn analyses(job: &Job, resume: bool) -> Vec<(Step, Needs)> {
         (Step::Steady, wanted.steady.as_ref().map(|_| steady::needs(job))),
         (Step::CreepCurve, wanted.creep_curve.as_ref().map(|_| Needs::default())),
         (Step::Transient, wanted.transient.as_ref().map(|t| transient::needs(t, resume))),
+        (Step::Cycles, wanted.cycles.as_ref().map(|_| Needs::default())),
     ];
     all.into_iter().filter_map(|(s, n)| n.map(|n| (s, n))).collect()
 }

@@ -6,7 +6,7 @@ use super::reuse;
 use super::run::Run;
 use super::steps::{self, seeks_shapes, Step};
 use super::transient::{self, Inputs};
-use super::{creep_curve, modes, receptance, stability, steady, sweep};
+use super::{creep_curve, cycles, modes, receptance, stability, steady, sweep};
 use crate::body::TraceModes;
 use crate::case::bodies::Bodies;
 use crate::case::foresee;
@@ -95,6 +95,10 @@ impl<'s> Stock<'s> {
                 _ => Ok(()),
             },
             Step::Transient => self.transient(run),
+            Step::Cycles => match &run.job.analyses.cycles {
+                Some(wanted) => cycles::run(run, wanted, self.model()?),
+                None => Ok(()),
+            },
             Step::FreeSolvers => self.bodies.unique.iter_mut().try_for_each(|body| body.release()),
             Step::FreeModes => {
                 self.bodies.forget_shapes();

@@ -22,10 +22,10 @@ const FLOOR: f64 = 1e-2;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Motion {
     /// Deviations from rest.
-    q: Vec<f64>,
-    v: Vec<f64>,
+    pub(crate) q: Vec<f64>,
+    pub(crate) v: Vec<f64>,
     /// s.
-    period: f64,
+    pub(crate) period: f64,
 }
 
 /// A point as it is to be followed.
@@ -141,7 +141,7 @@ impl Attempt<'_> {
 
 /// Velocities of the lower and the upper body along x, y and n at the closed node nearest to the middle of the
 /// contact, over the modal ones, `[6, m]`.
-fn watch((interface, pair): (&Interface, &ModalPair), rest: &State) -> Mat<f64> {
+pub(crate) fn watch((interface, pair): (&Interface, &ModalPair), rest: &State) -> Mat<f64> {
     let weight = |i: usize| rest.reaction[3 * i + 2];
     let total: f64 = (0..interface.len()).map(weight).sum();
     let middle = [0, 1].map(|c| (0..interface.len()).map(|i| weight(i) * interface.point(i)[c]).sum::<f64>() / total);

@@ -103,6 +103,24 @@ impl Branch {
     }
 }
 
+impl Default for Cycles {
+    fn default() -> Self {
+        Self {
+            branches: default_branches(),
+            along: None,
+            duration: default_duration(),
+            settled: default_settled(),
+            amplitude: default_amplitude(),
+            harmonics: default_harmonics(),
+            step: default_step(),
+            theta: default_theta(),
+            tolerance: default_step_tolerance(),
+            hold: Hold::default(),
+            sound_power: None,
+        }
+    }
+}
+
 fn default_branches() -> Vec<Branch> {
     vec![Branch::Up, Branch::Down]
 }

@@ -1,6 +1,7 @@
 //! The job file: strict, versioned JSON. It is parsed, overridden, checked against its schema and between its keys, and
 //! returned with all defaults filled in; nothing is computed here.
 
+mod branches;
 mod compare;
 mod contact_frames;
 mod cycles;
@@ -20,6 +21,7 @@ mod sweep;
 mod transient;
 mod validate;
 
+pub use branches::{key_unit, Branches};
 pub use compare::{differences, fe_inputs, run_differences, Difference};
 pub use cycles::{Branch, Cycles};
 pub use damping::{damping_lines, undamped};
@@ -213,7 +215,7 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
     }
     // Stability and receptances are computed on the modes, and a sweep is one of stability; what turns has inertia
     // even in steady rolling.
-    if !turns && !["modes", "stability", "creep_curve", "sweep", "receptance", "transient"].contains(&only) {
+    if !turns && !["modes", "stability", "creep_curve", "sweep", "receptance", "transient", "cycles"].contains(&only) {
         analyses.modes = None;
     }
     if only != "curving" {
@@ -223,7 +225,7 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
         analyses.steady = None;
     }
     // A transient may start from a mode of stability, a creep curve has the least stable eigenvalue.
-    if !["stability", "creep_curve", "sweep", "transient"].contains(&only) {
+    if !["stability", "creep_curve", "sweep", "transient", "cycles"].contains(&only) {
         analyses.stability = None;
     }
     if only != "creep_curve" {
@@ -231,6 +233,9 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
     }
     if only != "transient" {
         analyses.transient = None;
+    }
+    if only != "cycles" {
+        analyses.cycles = None;
     }
     if only != "sweep" {
         analyses.sweep = None;

@@ -468,6 +468,10 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
     if let Some(sweep) = &job.analyses.sweep {
         check_cycles(job, sweep, faults);
     }
+    if let Some(cycles) = &job.analyses.cycles {
+        faults.extend(super::branches::faults(job, cycles));
+        check_transient(job, &cycles.march.transient(StartState::Sliding), ("analyses.cycles.march", faults));
+    }
     if let (Some(_), Some(contact)) = (&job.analyses.stability, &job.contact) {
         check_stability(job, contact, faults);
     }

@@ -125,6 +125,14 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
             };
             format!("transient {moved}: {count} steps of {} s, {} s{sound}", t.step, t.duration)
         }),
+        Step::Cycles => wanted.cycles.as_ref().map(|c| {
+            let stable = if c.stability { ", with their multipliers" } else { "" };
+            format!(
+                "limit cycles over {} from {} to {}: at most {} in each direction from one that is marched for at most \
+                 {} s; {} harmonics, {} steps of a period{stable}",
+                c.along, c.from, c.to, c.most, c.march.duration, c.harmonics, c.samples
+            )
+        }),
     }
 }
 

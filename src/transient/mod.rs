@@ -35,7 +35,7 @@ mod parts;
 pub mod points;
 pub mod problem;
 pub mod scheme;
-mod shapes;
+pub(crate) mod shapes;
 mod sorted;
 pub mod start;
 pub mod stepper;

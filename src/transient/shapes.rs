@@ -40,7 +40,7 @@ impl Shapes {
         // B and C together are to be smaller than Ψ, and as a step reads less of B than of C they are to be much
         // smaller.
         let limit = ((n * m).saturating_sub(1) / (n + m).max(1)).min(3 * m / 4);
-        let Some([mut basis, mut mix]) = factors(modes, limit) else {
+        let Some([mut basis, mut mix]) = factors(modes, limit, NEGLIGIBLE) else {
             return Self::whole(modes);
         };
         // Rows in whole lines, with zeros.
@@ -92,12 +92,13 @@ impl Shapes {
 
 /// Columns of B, `[r][N]`, and of C, `[r][m]`, of a matrix: Gram–Schmidt with the largest of the columns that are
 /// left first, until none is above [`NEGLIGIBLE`]. What is left is subtracted from the columns themselves, so B Cᵀ is
-/// the matrix whether B is orthogonal or not. `None` where that takes more than `limit`.
-fn factors(modes: MatRef<'_, f64>, limit: usize) -> Option<[Vec<Vec<f64>>; 2]> {
+/// the matrix whether B is orthogonal or not. `None` where that takes more than `limit`. Columns shorter than
+/// `negligible` times the longest one are left out.
+pub(crate) fn factors(modes: MatRef<'_, f64>, limit: usize, negligible: f64) -> Option<[Vec<Vec<f64>>; 2]> {
     let mut left = modes.to_owned();
     let m = left.ncols();
     let mut sizes: Vec<f64> = (0..m).map(|k| size(left.col_as_slice(k))).collect();
-    let floor = NEGLIGIBLE * sizes.iter().fold(0.0, |a: f64, b| a.max(*b));
+    let floor = negligible * sizes.iter().fold(0.0, |a: f64, b| a.max(*b));
     let (mut basis, mut mix) = (Vec::new(), Vec::new());
     loop {
         let pivot = (0..m).max_by(|a, b| sizes[*a].total_cmp(&sizes[*b])).filter(|&k| !(sizes[k] <= floor));

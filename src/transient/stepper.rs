@@ -132,6 +132,13 @@ impl<'a> Stepper<'a> {
         Self::made((model, shapes), settings, state, (motion, true))
     }
 
+    /// A stepper of a contact without mass, behind which `motion` moves as it is told: reactions change nothing of it.
+    /// Ψ of the `model` has a column for each of its coordinates.
+    pub fn driven(model: Model<'a>, settings: Settings, state: State, motion: Box<dyn Motion + 'a>) -> Result<Self> {
+        let shapes = Shapes::whole(model.modes);
+        Self::made((model, shapes), settings, state, (motion, false))
+    }
+
     fn made(
         (model, shapes): (Model<'a>, Shapes),
         settings: Settings,
@@ -249,6 +256,20 @@ impl<'a> Stepper<'a> {
         self.state = state;
         self.settled = false;
         self.reset()
+    }
+
+    /// Goes on from another state in steps of `step`, s. To be called of a [driven](Self::driven) stepper, whose W does
+    /// not depend on the step.
+    pub fn restart(&mut self, step: f64, state: State) -> Result<()> {
+        self.settings.scheme.step = step;
+        self.settings.scheme.check(&[])?;
+        self.feet = feet(&self.model.interface.x, self.settings.drive.speed * step);
+        self.put(state)
+    }
+
+    /// Ψᵀ R of the last step, `[m]`; none before it.
+    pub fn modal_force(&self) -> Option<&[f64]> {
+        self.modal_now.as_deref()
     }
 
     /// The time of the present state, s.

@@ -39,4 +39,5 @@ def draw(result: Result, canvas: Canvas, count: int = 12) -> list[Path]:
     made = contact.pictures(result, canvas) + modes.pictures(result, canvas, count)
     for subject in (budget, campbell, receptance, sweep, slices, cycles, curving, placement, creep_curve, transient):
         made += subject.pictures(result, canvas)
+    made += branches.pictures(result, canvas)
     return made

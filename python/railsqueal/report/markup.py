@@ -34,6 +34,7 @@ CAPTIONS = {
     "sweep-parallel": "All points of the sweep in parallel coordinates",
     "sweep-loci": "Root loci",
     "limit-cycles": "Limit cycles",
+    "branches": "Branch of limit cycles: stable parts full, unstable ones dashed",
     "limit-cycles-map": "Energy of the limit cycles",
     "curving-bogie": "The bogie in the curve, from above",
     "curving-contacts": "Places of contact",

@@ -5,6 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
+use super::super::branches::Branches;
 use super::super::cycles::Cycles;
 use super::super::transient::Transient;
 
@@ -31,6 +32,9 @@ pub struct Analyses {
     /// Rolling contact in time: how instability grows, and to what.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub transient: Option<Transient>,
+    /// Branches of limit cycles over a key, with their stability and thresholds.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycles: Option<Branches>,
     /// Steady curving at other radii than that of `curve`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curving: Option<Curving>,
@@ -55,6 +59,7 @@ impl Analyses {
             ("creep_curve", self.creep_curve.is_some()),
             ("receptance", self.receptance.is_some()),
             ("transient", self.transient.is_some()),
+            ("cycles", self.cycles.is_some()),
             ("sweep", self.sweep.is_some()),
         ];
         given.into_iter().filter(|(_, is)| *is).map(|(name, _)| name).collect()

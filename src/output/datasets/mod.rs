@@ -1,6 +1,7 @@
 //! The datasets of the result file: names, units, shapes and descriptions, one file a group
 //! (`docs/reference/output.md`).
 
+pub mod branches;
 pub mod checkpoint;
 pub mod contact;
 pub mod creep_curve;

@@ -1,0 +1,42 @@
+"""Section of the report on branches of limit cycles: thresholds, special points, the diagram."""
+
+from ..labels import body_words, quantity
+from ..result import Result
+from ..tables import Branches
+from .markup import cut, digits, table
+
+PICTURES = ("branches",)
+
+
+def section(result: Result, drawn: dict[str, str]) -> list[str]:
+    """Where rest changes its stability, special points of the branch, why it ends, and its diagram."""
+    if not Branches.present(result):
+        return []
+    branch = Branches.of(result)
+    axis = quantity(branch.along, result.units("cycles/key"), body_words(result.job)).axis
+    parts = ['<h2 id="branches">Limit cycles as solutions</h2>']
+    sides = {1: "above", 0: "below"}
+    onsets = [
+        (digits(key, "{:.6f}"), sides[int(above)], digits(frequency, "{:.3f}"))
+        for key, above, frequency in zip(branch.onset_key, branch.onset_above, branch.onset_frequency)
+    ]
+    if onsets:
+        parts += ["<h3>Squeal starts by itself</h3>", table((axis, "side", "frequency, Hz"), onsets)]
+    cells = [
+        (
+            branch.special[k],
+            digits(branch.key[k], "{:.6f}"),
+            digits(branch.frequency[k], "{:.3f}"),
+            digits(branch.kinetic[k], "{:.4g}"),
+            digits(branch.second_frequency[k], "{:.3f}") if branch.special[k] == "torus" else "",
+        )
+        for k in range(len(branch.key))
+        if branch.special[k]
+    ]
+    if cells:
+        rows, more = cut(cells)
+        head = ("special point", axis, "frequency, Hz", "energy, J", "second frequency, Hz")
+        parts += ["<h3>Special points of the branch</h3>", table(head, rows), more]
+    ends = [(digits(branch.key[k], "{:.6f}"), text) for k, text in zip((0, -1), branch.end)]
+    parts += ["<h3>Ends of the branch</h3>", table((axis, "it ends"), ends, kind="words")]
+    return parts + [drawn[name] for name in PICTURES if name in drawn]

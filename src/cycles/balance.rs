@@ -1,0 +1,351 @@
+//! The equations of a cycle: the contact marched under a given motion, and the modes under the forces that it finds.
+
+use super::prescribed::{Course, Prescribed};
+use super::receptance::{discrete, harmonic};
+use crate::grid::Interface;
+use crate::transient::shapes::factors;
+use crate::transient::stepper::{Settings, State, Stepper};
+use crate::transient::{Energy, Model, Scheme};
+use crate::{Error, Result};
+use faer::Mat;
+use std::cell::RefCell;
+use std::f64::consts::PI;
+use std::rc::Rc;
+
+type C = num_complex::Complex<f64>;
+
+/// Columns of Ψ that are shorter than this part of the longest one are left out of what acts at the contact.
+pub const LOSSLESS: f64 = 1e-4;
+/// Multiples of the frequency, at the least, whose motion is told.
+const TOLD: usize = 12;
+
+/// The modes of both bodies, and the functions of them that act at the contact, Ψ = B Cᵀ.
+pub struct Structure<'a> {
+    pub(super) model: Model<'a>,
+    /// B, `[3n, r]`.
+    basis: Mat<f64>,
+    /// C, column by column, `[r][m]`.
+    pub(super) mix: Vec<Vec<f64>>,
+    zeros: Vec<f64>,
+}
+
+impl<'a> Structure<'a> {
+    /// Those of `model`, to [`LOSSLESS`].
+    pub fn new(model: Model<'a>) -> Result<Self> {
+        let whole = model.modes.ncols();
+        let [basis, mix] = factors(model.modes, whole, LOSSLESS)
+            .ok_or_else(|| Error::Defect("limit cycles: the modes at the contact are no numbers".into()))?;
+        let basis = Mat::from_fn(model.modes.nrows(), basis.len(), |i, k| basis[k][i]);
+        let zeros = vec![0.0; mix.len()];
+        Ok(Self { model, basis, mix, zeros })
+    }
+
+    /// r.
+    pub fn rank(&self) -> usize {
+        self.mix.len()
+    }
+}
+
+/// How finely a cycle is resolved.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Resolution {
+    /// Harmonics H of the motion.
+    pub harmonics: usize,
+    /// Steps N of the march in a period.
+    pub samples: usize,
+}
+
+/// What holds at one value of the key.
+#[derive(Debug, Clone)]
+pub struct Conditions {
+    /// Friction law, drive, solver; its step is not used.
+    pub settings: Settings,
+    /// The interface with the gap of the bodies without load.
+    pub interface: Interface,
+}
+
+/// The contact at the phase that a march begins with.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Memory {
+    /// Reactions, N, `[3n]`.
+    pub reaction: Vec<f64>,
+    /// Coefficients of friction, `[n]`; empty where friction is constant.
+    pub friction: Vec<f64>,
+    /// Approach, m.
+    pub approach: f64,
+}
+
+impl Memory {
+    fn of(state: &State) -> Self {
+        Self { reaction: state.reaction.clone(), friction: state.friction.clone(), approach: state.approach }
+    }
+}
+
+/// A march of the contact under a motion.
+pub(super) struct Marched {
+    /// F: what the modes make of the forces less the motion, by the amplitude unit, `[r (2H + 1)]`.
+    pub(super) lack: Vec<f64>,
+    /// The contact a period after the start.
+    pub(super) memory: Memory,
+    pub(super) cycle: Cycle,
+}
+
+/// A cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Cycle {
+    /// Angular frequency, rad/s, in steps of 2π/(Nω).
+    pub omega: f64,
+    /// Frequency that the modes have, Hz: s_1/(2π).
+    pub frequency: f64,
+    /// Mean kinetic energy of the modes, J.
+    pub kinetic: f64,
+    /// Force on body 1 (x, y, z) at the end of each step, N, `[N][3]`.
+    pub force: Vec<[f64; 3]>,
+    /// Closed and sticking nodes at the end of each step, `[N][2]`.
+    pub nodes: Vec<[usize; 2]>,
+    /// Modal amplitudes at the multiples 0, 1, … of the frequency, `[..][m]`.
+    pub modal: Vec<Vec<C>>,
+    /// Displacements and velocities of the modes at phase zero, `[m]`.
+    pub state: [Vec<f64>; 2],
+    /// The contact at phase zero.
+    pub contact: Memory,
+    /// The contact at the phase where marches begin.
+    pub begin: Memory,
+}
+
+impl Cycle {
+    /// Root mean square of the force about its mean (x, y, z), and the mean, N.
+    pub fn sway(&self) -> [[f64; 3]; 2] {
+        let count = self.force.len().max(1) as f64;
+        let mean = [0, 1, 2].map(|c| self.force.iter().map(|f| f[c]).sum::<f64>() / count);
+        let rms = |c: usize| (self.force.iter().map(|f| (f[c] - mean[c]).powi(2)).sum::<f64>() / count).sqrt();
+        [[0, 1, 2].map(rms), mean]
+    }
+
+    /// Least and largest normal force, N.
+    pub fn normal(&self) -> [f64; 2] {
+        let normal = || self.force.iter().map(|f| -f[2]);
+        [normal().fold(f64::INFINITY, f64::min), normal().fold(f64::NEG_INFINITY, f64::max)]
+    }
+
+    /// Mean and largest share of the closed nodes that stick.
+    pub fn stick(&self) -> [f64; 2] {
+        let share = || self.nodes.iter().map(|n| n[1] as f64 / n[0].max(1) as f64);
+        [share().sum::<f64>() / self.nodes.len().max(1) as f64, share().fold(0.0, f64::max)]
+    }
+
+    /// Root mean square of a velocity about its mean: `row` over the modal ones, `[m]`, m/s.
+    pub fn velocity(&self, row: &[f64]) -> f64 {
+        let base = 2.0 * PI * self.frequency;
+        let one = |(k, q): (usize, &Vec<C>)| {
+            let v: C = row.iter().zip(q).map(|(r, q)| *q * *r).sum();
+            0.5 * (v.norm() * k as f64 * base).powi(2)
+        };
+        self.modal.iter().enumerate().skip(1).map(one).sum::<f64>().sqrt()
+    }
+}
+
+/// The equations of the cycles at one value of the key.
+pub struct Balance<'a, 's> {
+    structure: &'s Structure<'a>,
+    conditions: &'s Conditions,
+    resolution: Resolution,
+    stepper: Stepper<'s>,
+    course: Rc<RefCell<Course>>,
+    /// Unit of the motion, m √kg.
+    unit: f64,
+}
+
+impl<'a, 's> Balance<'a, 's> {
+    /// Those on `structure` under `conditions`; `unit` is what the motion is measured by, `memory` the contact that
+    /// marches begin with.
+    pub fn new(
+        structure: &'s Structure<'a>,
+        conditions: &'s Conditions,
+        resolution: Resolution,
+        unit: f64,
+        memory: &Memory,
+    ) -> Result<Self> {
+        let course = Rc::new(RefCell::new(Course::default()));
+        let r = structure.rank();
+        let model = Model {
+            interface: &conditions.interface,
+            residual: structure.model.residual,
+            modes: structure.basis.as_ref(),
+            omega: &structure.zeros,
+            stiffness: vec![0.0; r].into(),
+            damping: vec![0.0; r].into(),
+            turning: None,
+            load: &[],
+        };
+        let n = conditions.interface.len();
+        if let Some(k) = (0..3 * n).find(|&k| !(model.residual[(k, k)] > 0.0)) {
+            return Err(Error::Job(format!(
+                "limit cycles: the residual compliance of contact node {} in direction {} is {:.3e} m/N; expected a \
+                 contact with a compliance of its own beside the modes. Keep fewer modes",
+                k / 3,
+                ["x", "y", "n"][k % 3],
+                model.residual[(k, k)]
+            )));
+        }
+        let start = state(vec![0.0; r], memory);
+        let settings = Settings { scheme: Scheme { step: 1e-5, theta: 0.5 }, ..conditions.settings.clone() };
+        let stepper = Stepper::driven(model, settings, start, Box::new(Prescribed(course.clone())))?;
+        Ok(Self { structure, conditions, resolution, stepper, course, unit })
+    }
+
+    /// Number of the equations and of the coefficients of the motion: r (2H + 1).
+    pub fn size(&self) -> usize {
+        self.structure.rank() * (2 * self.resolution.harmonics + 1)
+    }
+
+    /// Steps before the period whose forces are taken: as long as the material takes through the contact, and at a
+    /// point a period.
+    fn forgetting(&self, memory: &Memory, h: f64) -> usize {
+        let s = &self.conditions.interface;
+        if s.are_points() {
+            return self.resolution.samples;
+        }
+        let closed = (0..s.len()).filter(|&i| memory.reaction[3 * i + 2] > 0.0).map(|i| s.point(i)[0]);
+        let (low, high) = closed.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+        let spacing = s.x.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+        let length = (high - low).max(0.0) + 6.0 * spacing;
+        (length / (self.conditions.settings.drive.speed * h)).ceil().max(8.0) as usize
+    }
+
+    /// Marches the contact under the motion with the coefficients `z` (`[size]`: the mean, then the cosine and the
+    /// sine of each harmonic, `[r]` each, in units) and the angular frequency `omega`, rad/s, from `memory`, the
+    /// contact at the phase where a march of this step begins.
+    pub(super) fn march(&mut self, z: &[f64], omega: f64, memory: &Memory) -> Result<Marched> {
+        let Resolution { harmonics, samples } = self.resolution;
+        let (r, m) = (self.structure.rank(), self.structure.model.omega.len());
+        let h = 2.0 * PI / (samples as f64 * omega);
+        if !(h > 0.0 && h.is_finite()) {
+            return Err(Error::NotConverged(format!("limit cycles: an angular frequency of {omega} rad/s")));
+        }
+        let before = self.forgetting(memory, h);
+        let motion: Vec<Vec<f64>> = (0..samples).map(|n| self.sample(z, n)).collect();
+        let start = (samples - before % samples) % samples;
+        {
+            let mut course = self.course.borrow_mut();
+            course.samples.clone_from(&motion);
+            course.next = (start + 1) % samples;
+        }
+        self.stepper.restart(h, state(motion[start].clone(), memory))?;
+        let mut after = None;
+        let mut contact = None;
+        let (mut forces, mut force, mut nodes) = (vec![Vec::new(); samples], vec![[0.0; 3]; samples], Vec::new());
+        nodes.resize(samples, [0; 2]);
+        for step in 1..=before + samples {
+            self.stepper.advance()?;
+            if step == samples {
+                after = Some(Memory::of(self.stepper.state()));
+            }
+            if step == before + samples {
+                contact = Some(Memory::of(self.stepper.state()));
+            }
+            if step > before {
+                // The last step ends where the period began: at phase zero.
+                let n = (step - before) % samples;
+                let report = self.stepper.report();
+                forces[n] = self.stepper.modal_force().unwrap_or_default().to_vec();
+                force[n] = report.force;
+                nodes[n] = [report.closed, report.stick];
+            }
+        }
+        let (Some(after), Some(contact)) = (after, contact) else {
+            return Err(Error::Defect("limit cycles: a march without steps".into()));
+        };
+        let told = harmonics.max(TOLD).min(samples / 2 - 1);
+        let (mut lack, mut modal) = (Vec::with_capacity(z.len()), Vec::with_capacity(told + 1));
+        let (mut kinetic, mut q, mut v) = (0.0, vec![0.0; m], vec![0.0; m]);
+        for k in 0..samples.div_ceil(2) {
+            let mut push = self.structure.spread(&harmonic(&forces, k));
+            if k == 0 {
+                push.iter_mut().zip(self.structure.model.load).for_each(|(p, l)| *p += *l);
+            }
+            let s = discrete(k, omega, h);
+            // Beyond what is told inertia alone is left.
+            let moved = match k <= told || self.structure.is_diagonal() {
+                true => self.structure.response(s, &push)?,
+                false => push.iter().map(|p| -p / (s * s)).collect(),
+            };
+            kinetic += 0.25 * s * s * moved.iter().map(|q| q.norm_sqr()).sum::<f64>();
+            q.iter_mut().zip(&moved).for_each(|(q, z)| *q += z.re);
+            v.iter_mut().zip(&moved).for_each(|(v, z)| *v -= s * z.im);
+            if k <= harmonics {
+                let seen = self.structure.seen(&moved);
+                let own = |part: usize, i: usize| z[r * part + i];
+                if k == 0 {
+                    lack.extend(seen.iter().enumerate().map(|(i, s)| s.re / self.unit - own(0, i)));
+                } else {
+                    lack.extend(seen.iter().enumerate().map(|(i, s)| s.re / self.unit - own(2 * k - 1, i)));
+                    lack.extend(seen.iter().enumerate().map(|(i, s)| -s.im / self.unit - own(2 * k, i)));
+                }
+            }
+            if k <= told {
+                modal.push(moved);
+            }
+        }
+        let frequency = discrete(1, omega, h) / (2.0 * PI);
+        let cycle =
+            Cycle { omega, frequency, kinetic, force, nodes, modal, state: [q, v], contact, begin: after.clone() };
+        Ok(Marched { lack, memory: after, cycle })
+    }
+
+    /// The motion at the phase 2πn/N, m √kg, `[r]`.
+    fn sample(&self, z: &[f64], n: usize) -> Vec<f64> {
+        let Resolution { harmonics, samples } = self.resolution;
+        let r = self.structure.rank();
+        let mut out: Vec<f64> = z[..r].iter().map(|z| self.unit * z).collect();
+        for k in 1..=harmonics {
+            let angle = 2.0 * PI * ((k * n) % samples) as f64 / samples as f64;
+            let (cosine, sine) = (&z[r * (2 * k - 1)..][..r], &z[r * 2 * k..][..r]);
+            for (o, (a, b)) in out.iter_mut().zip(cosine.iter().zip(sine)) {
+                *o += self.unit * (a * angle.cos() + b * angle.sin());
+            }
+        }
+        out
+    }
+}
+
+impl Structure<'_> {
+    fn is_diagonal(&self) -> bool {
+        use crate::model::ModalMatrix::Diagonal;
+        matches!((&self.model.stiffness, &self.model.damping), (Diagonal(_), Diagonal(_)))
+    }
+
+    /// The motion of a stepper on these modes through one period from where it is, in its own steps, as coefficients
+    /// (`[r (2H + 1)]`, m √kg) of the unit 1.
+    pub fn follow(&self, stepper: &mut Stepper<'_>, resolution: Resolution) -> Result<Vec<f64>> {
+        let mut samples = vec![Vec::new(); resolution.samples];
+        for n in 1..=resolution.samples {
+            stepper.advance()?;
+            let q: Vec<C> = stepper.state().q.iter().map(|q| C::new(*q, 0.0)).collect();
+            samples[n % resolution.samples] = self.seen(&q).iter().map(|z| z.re).collect();
+        }
+        let mut z = Vec::new();
+        for k in 0..=resolution.harmonics {
+            let all = harmonic(&samples, k);
+            z.extend(all.iter().map(|z| z.re));
+            if k > 0 {
+                z.extend(all.iter().map(|z| -z.im));
+            }
+        }
+        Ok(z)
+    }
+}
+
+/// The state of a driven stepper.
+fn state(q: Vec<f64>, memory: &Memory) -> State {
+    State {
+        step: 0,
+        v: vec![0.0; q.len()],
+        q,
+        reaction: memory.reaction.clone(),
+        approach: memory.approach,
+        creep: [0.0; 2],
+        friction: memory.friction.clone(),
+        energy: Energy::default(),
+    }
+}

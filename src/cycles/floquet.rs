@@ -1,0 +1,131 @@
+//! Stability of a cycle: Floquet multipliers.
+//!
+//! Every modal displacement and velocity is changed a little at phase zero, and the change followed through two periods
+//! by the transient itself. The contact has no part of its own in the state that is changed, so that with the blocks
+//! of the monodromy matrix for modes (y) and contact (c) these are M₁ = Φ_yy and M₂ = Φ_yy² + Φ_yc Φ_cy. What the
+//! contact knew a period ago is forgotten, Φ_cc Φ_cy = 0, and eigenvalues obey (μ² − μ M₁ − (M₂ − M₁²)) y = 0.
+
+use super::balance::{Conditions, Cycle, Structure};
+use crate::transient::stepper::{Settings, State, Stepper};
+use crate::transient::{Energy, Model, Scheme};
+use crate::{Error, Result};
+use faer::Mat;
+
+type C = num_complex::Complex<f64>;
+
+/// Change of the modes, of the square root of the energy of the motion.
+const CHANGE: f64 = 1e-6;
+/// Residual of the contact laws of a step relative to the normal force.
+const SHARP: f64 = 1e-12;
+
+/// Floquet multipliers of a cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Multipliers {
+    /// Those largest in size, one of each conjugate pair, without the one that belongs to the phase.
+    pub values: Vec<C>,
+    /// The one that belongs to the phase, to be 1.
+    pub phase: C,
+}
+
+/// Multipliers that are told of a cycle.
+const TOLD: usize = 12;
+/// Growth of the logarithm in a period that the differences of a march may make.
+const ROUNDING: f64 = 1e-6;
+
+impl Multipliers {
+    /// Number of multipliers outside the unit circle, both of a pair counted.
+    pub fn unstable(&self) -> usize {
+        let out = self.values.iter().filter(|v| v.norm() > 1.0 + ROUNDING + 2.0 * (self.phase - 1.0).norm());
+        out.map(|v| if v.im.abs() > 0.0 { 2 } else { 1 }).sum()
+    }
+
+    /// True if small deviations go back.
+    pub fn is_stable(&self) -> bool {
+        self.unstable() == 0
+    }
+}
+
+/// The multipliers of `cycle` of `samples` steps.
+pub fn multipliers(
+    structure: &Structure<'_>,
+    conditions: &Conditions,
+    cycle: &Cycle,
+    samples: usize,
+) -> Result<Multipliers> {
+    let m = structure.model.omega.len();
+    let h = 2.0 * std::f64::consts::PI / (samples as f64 * cycle.omega);
+    let model = Model { interface: &conditions.interface, ..structure.model.clone() };
+    let settings = Settings {
+        scheme: Scheme { step: h, theta: 0.5 },
+        tolerance: conditions.settings.tolerance.min(SHARP),
+        ..conditions.settings.clone()
+    };
+    let [q, v] = &cycle.state;
+    let start = State {
+        step: 0,
+        q: q.clone(),
+        v: v.clone(),
+        reaction: cycle.contact.reaction.clone(),
+        approach: cycle.contact.approach,
+        creep: [0.0; 2],
+        friction: cycle.contact.friction.clone(),
+        energy: Energy::default(),
+    };
+    let omega = structure.model.omega.to_vec();
+    let typical = 2.0 * std::f64::consts::PI * cycle.frequency;
+    // In √J: displacements count by the frequency of their modes.
+    let weight = |k: usize| omega[k].max(typical);
+    let mut stepper = Stepper::new(model, settings, start.clone())?;
+    let mut through = |state: State| -> Result<[Vec<f64>; 2]> {
+        stepper.put(state)?;
+        let mut ends = [Vec::new(), Vec::new()];
+        for end in &mut ends {
+            for _ in 0..samples {
+                stepper.advance()?;
+            }
+            let s = stepper.state();
+            *end = s.q.iter().enumerate().map(|(k, q)| weight(k) * q).chain(s.v.iter().copied()).collect();
+        }
+        Ok(ends)
+    };
+    let base = through(start.clone())?;
+    let by = CHANGE * (2.0 * cycle.kinetic).sqrt().max(1e-9);
+    let mut powers = [Mat::<f64>::zeros(2 * m, 2 * m), Mat::zeros(2 * m, 2 * m)];
+    for column in 0..2 * m {
+        let mut state = start.clone();
+        match column < m {
+            true => state.q[column] += by / weight(column),
+            false => state.v[column - m] += by,
+        }
+        let ends = through(state)?;
+        for (power, (end, base)) in powers.iter_mut().zip(ends.iter().zip(&base)) {
+            (0..2 * m).for_each(|i| power[(i, column)] = (end[i] - base[i]) / by);
+        }
+    }
+    let [one, two] = powers;
+    let rest = &two - &one * &one;
+    let n = 2 * m;
+    let companion = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
+        (true, true) => one[(i, j)],
+        (true, false) => rest[(i, j - n)],
+        (false, true) => f64::from(u8::from(i - n == j)),
+        (false, false) => 0.0,
+    });
+    let all = companion.eigenvalues().map_err(|e| {
+        Error::NotConverged(format!("limit cycles: the eigenvalues of the monodromy matrix were not found ({e:?})"))
+    })?;
+    sorted(all)
+}
+
+/// The multipliers among all eigenvalues.
+fn sorted(mut all: Vec<C>) -> Result<Multipliers> {
+    let nearest = (0..all.len()).min_by(|&a, &b| (all[a] - 1.0).norm().total_cmp(&(all[b] - 1.0).norm()));
+    let Some(nearest) = nearest else {
+        return Err(Error::Defect("limit cycles: no multipliers".into()));
+    };
+    let phase = all.remove(nearest);
+    all.retain(|v| v.im >= 0.0);
+    all.sort_by(|a, b| b.norm().total_cmp(&a.norm()).then(b.re.total_cmp(&a.re)));
+    all.truncate(TOLD);
+    Ok(Multipliers { values: all, phase })
+}

@@ -1,0 +1,83 @@
+//! The modes under periodic forces at the contact.
+
+use super::balance::Structure;
+use crate::model::ModalMatrix;
+use crate::{Error, Result};
+use faer::linalg::solvers::Solve;
+use faer::Mat;
+use num_complex::Complex;
+
+type C = num_complex::Complex<f64>;
+
+/// Angular frequency s of the multiple `k` of ω in steps of `h`, s: that of the θ-method with θ = ½, 2 tan(kωh/2)/h.
+pub(super) fn discrete(k: usize, omega: f64, h: f64) -> f64 {
+    2.0 / h * (0.5 * k as f64 * omega * h).tan()
+}
+
+impl Structure<'_> {
+    /// Modal amplitudes (K − s² + isC)⁻¹ f under modal forces `force`, `[m]`, of the angular frequency `s`, rad/s.
+    pub(super) fn response(&self, s: f64, force: &[C]) -> Result<Vec<C>> {
+        let model = &self.model;
+        if let (ModalMatrix::Diagonal(k), ModalMatrix::Diagonal(c)) = (&model.stiffness, &model.damping) {
+            let one = |(i, f): (usize, &C)| f / C::new(k[i] - s * s, s * c[i]);
+            return checked(force.iter().enumerate().map(one).collect());
+        }
+        let orders: Vec<usize> = match (&model.stiffness, &model.damping) {
+            (ModalMatrix::Blocks(blocks), _) | (_, ModalMatrix::Blocks(blocks)) => {
+                blocks.iter().map(Mat::nrows).collect()
+            }
+            _ => vec![force.len()],
+        };
+        let (mut out, mut first) = (Vec::with_capacity(force.len()), 0);
+        for n in orders {
+            let square = |i: usize, j: usize| if i == j { s * s } else { 0.0 };
+            let at = |i: usize, j: usize| {
+                let (row, column) = (first + i, first + j);
+                C::new(model.stiffness.get(row, column) - square(i, j), s * model.damping.get(row, column))
+            };
+            let moved = Mat::from_fn(n, n, at).partial_piv_lu().solve(Mat::from_fn(n, 1, |i, _| force[first + i]));
+            out.extend((0..n).map(|i| moved[(i, 0)]));
+            first += n;
+        }
+        checked(out)
+    }
+
+    /// C φ: modal forces of forces on what acts at the contact, `[r]`.
+    pub(super) fn spread(&self, seen: &[C]) -> Vec<C> {
+        let mut out = vec![C::default(); self.model.omega.len()];
+        for (mix, f) in self.mix.iter().zip(seen) {
+            out.iter_mut().zip(mix).for_each(|(o, c)| *o += *f * *c);
+        }
+        out
+    }
+
+    /// Cᵀ q, `[r]`.
+    pub(super) fn seen(&self, q: &[C]) -> Vec<C> {
+        self.mix.iter().map(|mix| mix.iter().zip(q).map(|(c, q)| *q * *c).sum()).collect()
+    }
+}
+
+fn checked(found: Vec<C>) -> Result<Vec<C>> {
+    match found.iter().all(|q| q.is_finite()) {
+        true => Ok(found),
+        false => Err(Error::Input(
+            "limit cycles: a mode without stiffness or without damping has no periodic motion of its own; expected \
+             bodies that are held, with damping"
+                .into(),
+        )),
+    }
+}
+
+/// The harmonic `k` of samples, `[N][r]`, at the phases 2πn/N: the mean for k = 0, and ẑ in Re(ẑ e^{iknθ}).
+pub(super) fn harmonic(samples: &[Vec<f64>], k: usize) -> Vec<C> {
+    let count = samples.len();
+    let width = samples.first().map_or(0, Vec::len);
+    let weight = if k == 0 { 1.0 } else { 2.0 } / count as f64;
+    let mut out = vec![C::default(); width];
+    for (n, sample) in samples.iter().enumerate() {
+        let angle = 2.0 * std::f64::consts::PI * ((k * n) % count) as f64 / count as f64;
+        let turn = Complex::from_polar(weight, -angle);
+        out.iter_mut().zip(sample).for_each(|(o, s)| *o += turn * *s);
+    }
+    out
+}

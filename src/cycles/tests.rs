@@ -1,0 +1,150 @@
+//! One mass on a belt, whose friction falls with the velocity and remembers little: a cycle of stick and slip, rest
+//! that loses its stability, and the unstable cycles between the two.
+
+use super::*;
+use crate::contact::{Creepage, NormalLoad};
+use crate::cycles::branch::{follow, solve};
+use crate::cycles::corrector::Equations;
+use crate::friction::{Exponential, FrictionLaw};
+use crate::grid::Interface;
+use crate::model::ModalMatrix;
+use crate::transient::stepper::{Settings, State, Stepper};
+use crate::transient::{ContactSolver, Drive, Model, Scheme};
+use faer::Mat;
+use std::f64::consts::PI;
+
+const OMEGA: f64 = 2.0 * PI * 100.0;
+/// Normal force, N, and compliance, m/N.
+const LOAD: f64 = 100.0;
+const SOFT: f64 = 1e-8;
+const DAMPING: f64 = 12.6;
+const RESOLUTION: Resolution = Resolution { harmonics: 12, samples: 300 };
+
+/// Belts of all velocities, m/s.
+struct Belt(Interface);
+
+impl Belt {
+    fn new() -> Self {
+        Self(Interface::points(vec![0.0], vec![[0.0; 2]]).unwrap())
+    }
+
+    fn residual() -> Mat<f64> {
+        Mat::from_fn(3, 3, |i, j| if i == j { SOFT } else { 0.0 })
+    }
+
+    fn modes() -> Mat<f64> {
+        Mat::from_fn(3, 1, |i, _| if i == 0 { 1.0 } else { 0.0 })
+    }
+
+    fn model<'a>(&'a self, residual: &'a Mat<f64>, modes: &'a Mat<f64>) -> Model<'a> {
+        Model {
+            interface: &self.0,
+            residual: residual.as_ref(),
+            modes: modes.as_ref(),
+            omega: &[OMEGA],
+            stiffness: ModalMatrix::squares(&[OMEGA]),
+            damping: vec![DAMPING].into(),
+            turning: None,
+            load: &[],
+        }
+    }
+}
+
+impl Family for Belt {
+    fn at(&self, key: f64) -> crate::Result<Conditions> {
+        let law = Exponential { memory_length: 1e-5, ..Exponential::new(0.4, 0.2, 0.3) };
+        let settings = Settings {
+            scheme: Scheme { step: 1e-5, theta: 0.5 },
+            friction: FrictionLaw::from(law),
+            solver: ContactSolver::Newton,
+            tolerance: 1e-12,
+            drive: Drive::constant(
+                NormalLoad::Approach(LOAD * SOFT),
+                Creepage { longitudinal: 1.0, lateral: 0.0, spin: 0.0 },
+                key,
+            ),
+        };
+        Ok(Conditions { settings, interface: self.0.clone() })
+    }
+}
+
+/// A stepper that has followed the motion begun with the velocity `a`, m/s, for `time`, s, in steps of a period's
+/// share.
+fn marched<'a>(belt: &Belt, model: &Model<'a>, v: f64, a: f64, time: f64) -> Stepper<'a> {
+    let conditions = belt.at(v).unwrap();
+    let mu = conditions.settings.friction.coefficient(v);
+    let mut rest = State::at_rest(model, &[-mu * LOAD, 0.0, LOAD], LOAD * SOFT).remembering(&[mu]);
+    rest.v[0] += a;
+    let step = 2.0 * PI / OMEGA / RESOLUTION.samples as f64;
+    let settings = Settings { scheme: Scheme { step, theta: 0.5 }, ..conditions.settings };
+    let mut stepper = Stepper::new(model.clone(), settings, rest).unwrap();
+    for _ in 0..(time / step) as usize {
+        stepper.advance().unwrap();
+    }
+    stepper
+}
+
+/// From the cycle that sticks past where it no longer does up to the fold, and along unstable cycles back to rest where
+/// that loses its stability.
+#[test]
+fn cycles_of_a_mass_on_a_belt_turn_back_at_the_fold_and_end_at_rest() {
+    let belt = Belt::new();
+    let (residual, modes) = (Belt::residual(), Belt::modes());
+    let model = belt.model(&residual, &modes);
+    let structure = Structure::new(model.clone()).unwrap();
+    let v = 0.62;
+    let mut stepper = marched(&belt, &model, v, 1.2 * v, 1.0);
+    let z = structure.follow(&mut stepper, RESOLUTION).unwrap();
+    let state = stepper.state();
+    let memory =
+        Memory { reaction: state.reaction.clone(), friction: state.friction.clone(), approach: state.approach };
+    let unit = z[1..].iter().map(|z| z * z).sum::<f64>().sqrt();
+    let mut equations = Equations {
+        structure: &structure,
+        family: &belt,
+        resolution: RESOLUTION,
+        unit,
+        omega: OMEGA,
+        key: [v, 0.2],
+        memory,
+        marches: 0,
+    };
+    let mut u: Vec<f64> = z.iter().map(|z| z / unit).collect();
+    u.extend([1.0, 0.0]);
+    let mut jacobian = None;
+    let found = solve(&mut equations, u, &mut jacobian).unwrap();
+    let conditions = belt.at(v).unwrap();
+    let multipliers = multipliers(&structure, &conditions, &found.cycle, RESOLUTION.samples).unwrap();
+    // It sticks for a while: what deviates is gone within a period.
+    assert!(found.cycle.stick()[0] > 0.01 && multipliers.is_stable(), "{multipliers:?}");
+    let start = Point { key: v, u: found.u, cycle: found.cycle, multipliers: Some(multipliers), special: None };
+    let extent = Extent { range: [0.3, 0.9], most: 200, longest: 0.2, located: 1e-6, stability: true };
+    let mut each = |_: &Point| Ok(true);
+    let branch = follow(&mut equations, &start, jacobian.as_ref().unwrap(), true, &extent, &mut each).unwrap();
+    let line = |p: &Point| {
+        let m = p.multipliers.as_ref().map(|m| (m.values[0].norm(), m.phase));
+        format!("{:.6} {:.4e} J, stick {:.3}, {m:?} {:?}", p.key, p.cycle.kinetic, p.cycle.stick()[0], p.special)
+    };
+    let text: Vec<String> = branch.points.iter().map(line).collect();
+    assert_eq!(branch.end, End::Rest, "{text:#?}");
+    let kinds = |kind: SpecialKind| branch.points.iter().filter(move |p| p.special.is_some_and(|s| s.kind == kind));
+    let folds: Vec<f64> = kinds(SpecialKind::Fold).map(|p| p.key).collect();
+    // By Runge and Kutta's method, without compliance, a motion stays at 0.6474 m/s and dies out at 0.6490 m/s.
+    assert!(folds.len() == 1 && folds[0] > 0.6474 && folds[0] < 0.6490, "{folds:?} {text:#?}");
+    // Slip by slip it no longer comes back to the velocity of the belt above 0.6440 m/s.
+    let sticks: Vec<f64> = kinds(SpecialKind::Stick).map(|p| p.key).collect();
+    assert!(sticks.len() == 1 && (sticks[0] / 0.6440 - 1.0).abs() < 1e-3, "{sticks:?} {text:#?}");
+    let at = branch.points.iter().position(|p| p.special.is_some_and(|s| s.kind == SpecialKind::Fold)).unwrap();
+    let (before, after) = (&branch.points[..at], &branch.points[at + 1..]);
+    let stable = |p: &Point| p.multipliers.as_ref().unwrap().is_stable();
+    assert!(before[..at - 1].iter().all(stable) && after[1..].iter().all(|p| !stable(p)), "{text:#?}");
+    // Where friction feeds a small motion what damping takes.
+    let onset = 0.3 * (LOAD * 0.2 / (0.3 * DAMPING)).ln();
+    let end = branch.points.last().unwrap();
+    let small = end.cycle.kinetic / start.cycle.kinetic;
+    assert!((onset - 0.4998).abs() < 1e-4 && small < 0.02, "{text:#?}");
+    // Small cycles have v = onset + a²·const: two of them lead to the end at rest.
+    let [a, b] = [after[after.len() - 2].clone(), end.clone()];
+    let at_rest = b.key - (a.key - b.key) / (a.cycle.kinetic - b.cycle.kinetic) * b.cycle.kinetic;
+    assert!((at_rest / onset - 1.0).abs() < 1e-3, "{at_rest} {text:#?}");
+}

@@ -1,0 +1,172 @@
+//! Keys of `analyses.cycles`, and the job at other values of the key that a branch follows.
+
+use super::cycles::Cycles;
+use super::model::{Contact, Job};
+use super::overrides::put;
+use super::validate::validate;
+use crate::{Error, Result};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// Branches of limit cycles over a key: stable and unstable cycles, their multipliers, folds and thresholds. The first
+/// cycle is marched at the value of the job.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Branches {
+    /// The key of the contact that the branch goes along, e.g. `contact.friction` or `contact.creepage.lateral`; its
+    /// value in the job is where the branch begins.
+    pub along: String,
+    /// Least value of the key, in its unit.
+    #[schemars(extend("unit" = "1"))]
+    pub from: f64,
+    /// Largest value of the key, in its unit.
+    #[schemars(extend("unit" = "1"))]
+    pub to: f64,
+    /// Cycles in each direction, at the most.
+    #[serde(default = "default_most")]
+    #[schemars(range(min = 1, max = 10_000))]
+    pub most: u32,
+    /// Harmonics of the motion at the contact that are unknowns; the forces have all.
+    #[serde(default = "default_harmonics")]
+    #[schemars(range(min = 1, max = 64))]
+    pub harmonics: u32,
+    /// Time steps of a period.
+    #[serde(default = "default_samples")]
+    #[schemars(range(min = 32, max = 10_000))]
+    pub samples: u32,
+    /// Longest step along the branch, of the motion of the first cycle.
+    #[serde(default = "default_length")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 1.0))]
+    pub longest: f64,
+    /// Computes the Floquet multipliers of each cycle.
+    #[serde(default = "default_stability")]
+    pub stability: bool,
+    /// How the first cycle is marched: `duration`, `settled`, `amplitude`, `step`, `tolerance` and `hold` as in
+    /// `sweep.cycles`.
+    #[serde(default = "default_march")]
+    pub march: Cycles,
+}
+
+fn default_most() -> u32 {
+    60
+}
+
+fn default_harmonics() -> u32 {
+    6
+}
+
+fn default_samples() -> u32 {
+    240
+}
+
+fn default_length() -> f64 {
+    0.15
+}
+
+fn default_stability() -> bool {
+    true
+}
+
+fn default_march() -> Cycles {
+    Cycles::default()
+}
+
+impl Job {
+    /// The value of a key of the contact, `contact.…`; none where it is not there or is no number.
+    pub fn contact_number(&self, key: &str) -> Option<f64> {
+        let contact = serde_json::to_value(self.contact.as_ref()?).ok()?;
+        let pointer: String = key.strip_prefix("contact.")?.split('.').map(|s| format!("/{s}")).collect();
+        contact.pointer(&pointer).and_then(Value::as_f64)
+    }
+
+    /// The job with another value of a key of the contact, checked like any other job.
+    pub fn with_contact_number(&self, key: &str, value: f64) -> Result<Self> {
+        let refused = |why: String| Error::Job(format!("analyses.cycles, at {key} = {value}: {why}"));
+        let path = key.strip_prefix("contact.").ok_or_else(|| refused("expected a key of contact".into()))?;
+        let number = serde_json::Number::from_f64(value).ok_or_else(|| refused("expected a finite number".into()))?;
+        let mut contact = serde_json::to_value(&self.contact).map_err(|e| refused(e.to_string()))?;
+        put(&mut contact, &path.split('.').collect::<Vec<_>>(), Value::Number(number), "analyses.cycles.along")?;
+        let mut contact: Contact = serde_json::from_value(contact).map_err(|e| refused(e.to_string()))?;
+        contact.in_equilibrium = self.contact.as_ref().is_some_and(|c| c.in_equilibrium);
+        let job = Self { contact: Some(contact), ..self.clone() };
+        match validate(&job).into_iter().next() {
+            Some(fault) => Err(refused(fault)),
+            None => Ok(job),
+        }
+    }
+}
+
+/// Keys that may change along a branch.
+const KEYS: [&str; 5] =
+    ["contact.friction", "contact.creepage.", "contact.normal_load", "contact.approach", "contact.speed"];
+
+/// The faults of `analyses.cycles`.
+pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
+    let mut faults = Vec::new();
+    let path = "analyses.cycles";
+    if job.analyses.stability.is_none() {
+        faults.push(format!("analyses.stability: missing; {path} begins at its unstable mode, e.g. {{}}"));
+    }
+    let key = &wanted.along;
+    let fits = |k: &str| key == k || key.strip_prefix(k).is_some_and(|r| k.ends_with('.') || r.starts_with('.'));
+    if !KEYS.iter().any(|k| fits(k)) {
+        faults.push(format!(
+            "{path}.along: found \"{key}\", expected a number of contact that keeps modes and mesh: friction, a number \
+             of its law, creepage.longitudinal, creepage.lateral, creepage.spin, normal_load, approach or speed"
+        ));
+        return faults;
+    }
+    let turns = job.bodies().iter().any(|(name, _)| job.angular_velocity(name) != 0.0);
+    if key == "contact.speed" && turns {
+        faults.push(format!(
+            "{path}.along: found \"contact.speed\", with which the rotation of the bodies changes their modes; set \
+             bodies.*.rotation to \"none\", or follow another key"
+        ));
+    }
+    match job.contact_number(key) {
+        None => faults.push(format!("{path}.along: found \"{key}\", expected a key that the job gives a number for")),
+        Some(here) if !(wanted.from <= here && here <= wanted.to && wanted.from < wanted.to) => faults.push(format!(
+            "{path}.from, to: found {} to {}, expected a range around the job's own {key} = {here}",
+            wanted.from, wanted.to
+        )),
+        Some(_) => {}
+    }
+    if wanted.samples < 8 * wanted.harmonics {
+        faults.push(format!(
+            "{path}.samples: found {}, expected at least eight for each of the {} harmonics",
+            wanted.samples, wanted.harmonics
+        ));
+    }
+    let Some(contact) = &job.contact else { return faults };
+    if contact.placement.is_some() && key != "contact.friction" && !key.starts_with("contact.friction.") {
+        faults.push(format!(
+            "{path}.along: found \"{key}\", which follows from contact.placement here; follow contact.friction, or \
+             give load and creepages"
+        ));
+    }
+    if contact.roughness.is_some() {
+        faults.push(format!("{path}: found contact.roughness, under which no motion repeats itself; leave out one"));
+    }
+    if contact.points.is_some() {
+        faults.push(format!(
+            "{path}: found contact.points, expected a contact on a grid, which has a compliance of its own beside the \
+             modes; sweep.cycles marches cycles of points"
+        ));
+    }
+    if wanted.march.theta != 0.5 {
+        faults.push(format!(
+            "{path}.march.theta: found {}, expected 0.5: cycles that are solved for know no damping of the scheme",
+            wanted.march.theta
+        ));
+    }
+    if wanted.march.sound_power.is_some() {
+        faults.push(format!("{path}.march.sound_power: found, expected none: the first cycle is not heard"));
+    }
+    faults
+}
+
+/// The unit of a key, as the schema has it; "-" where it has none.
+pub fn key_unit(key: &str) -> String {
+    super::schema::Checker::default().unit_at(&key.split('.').collect::<Vec<_>>())
+}
