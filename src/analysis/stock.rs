@@ -60,7 +60,12 @@ impl<'s> Stock<'s> {
 
     /// The job's own point for the points of a sweep, if its model could be made.
     pub fn base(&self) -> Option<sweep::Base<'_, 's>> {
-        self.model.as_ref().map(|model| sweep::Base { model, bodies: &self.bodies, modes: &self.modes })
+        self.model.as_ref().map(|model| sweep::Base {
+            model,
+            bodies: &self.bodies,
+            modes: &self.modes,
+            found: self.found.as_ref(),
+        })
     }
 
     /// Collective: one step of `run`.

@@ -17,6 +17,7 @@ mod range;
 mod schema;
 mod sweep;
 mod transient;
+mod uncertainty;
 mod validate;
 
 pub use compare::{differences, fe_inputs, run_differences, Difference};
@@ -87,6 +88,9 @@ impl Job {
         let folder = path.parent().unwrap_or(Path::new(""));
         if let Some(wanted) = &job.analyses.sweep {
             job.sweep = Some(sweep::plan(&value, wanted, &name, folder, &checker)?);
+        }
+        if let Some(wanted) = &job.analyses.uncertainty {
+            job.sweep = Some(uncertainty::plan(&value, wanted, &name, folder, &checker)?);
         }
         job.resolve(folder);
         job.changed_defaults = format.changed(&value, &job.to_json());
@@ -197,7 +201,9 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
     }
     // Stability and receptances are computed on the modes, and a sweep is one of stability; what turns has inertia
     // even in steady rolling.
-    if !turns && !["modes", "stability", "creep_curve", "sweep", "receptance", "transient"].contains(&only) {
+    if !turns
+        && !["modes", "stability", "creep_curve", "sweep", "uncertainty", "receptance", "transient"].contains(&only)
+    {
         analyses.modes = None;
     }
     if only != "curving" {
@@ -207,7 +213,7 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
         analyses.steady = None;
     }
     // A transient may start from a mode of stability, a creep curve has the least stable eigenvalue.
-    if !["stability", "creep_curve", "sweep", "transient"].contains(&only) {
+    if !["stability", "creep_curve", "sweep", "uncertainty", "transient"].contains(&only) {
         analyses.stability = None;
     }
     if only != "creep_curve" {
@@ -218,6 +224,9 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
     }
     if only != "sweep" {
         analyses.sweep = None;
+    }
+    if only != "uncertainty" {
+        analyses.uncertainty = None;
     }
     if only != "receptance" {
         analyses.receptance = None;

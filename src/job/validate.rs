@@ -468,9 +468,22 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
     if let Some(sweep) = &job.analyses.sweep {
         check_cycles(job, sweep, faults);
     }
+    if let Some(wanted) = &job.analyses.uncertainty {
+        check_uncertainty(job, wanted, faults);
+    }
     if let (Some(_), Some(contact)) = (&job.analyses.stability, &job.contact) {
         check_stability(job, contact, faults);
     }
+}
+
+fn check_uncertainty(job: &Job, wanted: &Uncertainty, faults: &mut Vec<String>) {
+    if job.analyses.stability.is_none() {
+        faults.push("analyses.stability: missing; analyses.uncertainty computes it at every point, e.g. {}".into());
+    }
+    if job.analyses.sweep.is_some() {
+        faults.push("analyses.sweep: found beside analyses.uncertainty; leave out one of the two".into());
+    }
+    faults.extend(super::uncertainty::faults(wanted).into_iter().map(|f| format!("analyses.uncertainty.{f}")));
 }
 
 fn check_cycles(job: &Job, sweep: &Sweep, faults: &mut Vec<String>) {

@@ -178,6 +178,18 @@ impl SharedModel {
         Ok(Self { interface, pair: ModalPair::broadcast(world, root.map(|m| &m.pair)), own, rotation })
     }
 
+    /// Number of modes of the lower body.
+    pub fn lower_modes(&self) -> usize {
+        self.pair.lower_modes
+    }
+
+    /// Makes W as [`Self::pair`] makes it, so that it is the same to the last bit whether or not another job came before.
+    pub fn renew(&mut self) {
+        if self.pair.local.is_none() && self.rotation.iter().any(Option::is_some) {
+            self.pair.renew_compliance();
+        }
+    }
+
     /// Both bodies with the damping and the rotation of `job`. Where a state of rest does not see W it stays that of
     /// before: stability has no use for it, and it takes longer than all else here.
     pub fn pair(&mut self, job: &Job) -> Result<&ModalPair> {

@@ -35,4 +35,5 @@ mod surfaces;
 mod sweep;
 mod swept;
 mod transient;
+mod uncertainty;
 mod usage;

@@ -9,7 +9,7 @@ matplotlib.use("Agg")  # no screen is needed
 from ..errors import WRITING, ResultError  # noqa: E402
 from ..result import Result  # noqa: E402
 from . import budget, campbell, contact, creep_curve, curving, cycles, modes, placement  # noqa: E402
-from . import receptance, slices, style, surfaces, sweep, transient  # noqa: E402
+from . import receptance, slices, style, surfaces, sweep, transient, uncertainty  # noqa: E402
 from .style import Canvas  # noqa: E402
 
 __all__ = ["Canvas", "draw", "surfaces"]
@@ -25,4 +25,4 @@ def draw(result: Result, canvas: Canvas, count: int = 12) -> list[Path]:
     made = contact.pictures(result, canvas) + modes.pictures(result, canvas, count)
     for subject in (budget, campbell, receptance, sweep, slices, cycles, curving, placement, creep_curve, transient):
         made += subject.pictures(result, canvas)
-    return made
+    return made + uncertainty.pictures(result, canvas)

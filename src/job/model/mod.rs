@@ -12,6 +12,7 @@ mod rail;
 mod roughness;
 mod support;
 mod swept;
+mod uncertainty;
 mod wheel;
 
 use schemars::JsonSchema;
@@ -34,6 +35,7 @@ pub use rail::*;
 pub use roughness::*;
 pub use support::*;
 pub use swept::*;
+pub use uncertainty::*;
 pub use wheel::*;
 
 /// A railsqueal job: bodies, their contact, and the analyses to run. SI units throughout.
@@ -73,7 +75,7 @@ pub struct Job {
     /// What is written.
     #[serde(default)]
     pub output: Output,
-    /// The points of `analyses.sweep`, made when the job is read.
+    /// The points of `analyses.sweep` or `analyses.uncertainty`, made when the job is read.
     #[serde(skip)]
     pub sweep: Option<SweepPlan>,
     /// Defaults that have changed since the format the job is written for and that it takes up, one line each, made

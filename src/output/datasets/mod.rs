@@ -12,3 +12,4 @@ pub mod record;
 pub mod reduced;
 pub mod stability;
 pub mod sweep;
+pub mod uncertainty;
