@@ -16,6 +16,9 @@ const MAX_POINTS: usize = 200_000;
 /// What is wrong with the keys of `analyses.uncertainty` among each other.
 pub(super) fn faults(wanted: &Uncertainty) -> Vec<String> {
     let (mut faults, n) = (Vec::new(), wanted.inputs.len());
+    if n == 0 {
+        faults.push("inputs: the list is empty; name a key with its distribution".into());
+    }
     for (i, input) in wanted.inputs.iter().enumerate() {
         let place = format!("inputs.{i} ({})", input.key);
         if let Some(first) = wanted.inputs[..i].iter().position(|other| other.key == input.key) {

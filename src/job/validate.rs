@@ -6,6 +6,7 @@ use super::transient::{Hold, SoundPower, StartState, Transient, TransientModel};
 mod absorber;
 mod curving;
 mod matrices;
+mod measured;
 mod placement;
 mod quadrature;
 mod rail;
@@ -26,6 +27,12 @@ pub fn validate(job: &Job) -> Vec<String> {
     check_rotating(job, &mut faults);
     rail::check_modes(job, &mut faults);
     curving::check(job, &mut faults);
+    if let Some(wanted) = &job.analyses.uncertainty {
+        check_uncertainty(job, wanted, &mut faults);
+    }
+    job.bodies()
+        .into_iter()
+        .for_each(|(name, body)| measured::check(&format!("bodies.{name}"), body, job, &mut faults));
     quadrature::check(job, &mut faults);
     if job.by_matrices() {
         matrices::check(job, &mut faults);
@@ -467,9 +474,6 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
     }
     if let Some(sweep) = &job.analyses.sweep {
         check_cycles(job, sweep, faults);
-    }
-    if let Some(wanted) = &job.analyses.uncertainty {
-        check_uncertainty(job, wanted, faults);
     }
     if let (Some(_), Some(contact)) = (&job.analyses.stability, &job.contact) {
         check_stability(job, contact, faults);

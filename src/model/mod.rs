@@ -3,6 +3,7 @@
 
 mod compact;
 mod damping;
+mod measured;
 mod pair;
 mod receptance;
 mod rotating;
@@ -19,6 +20,7 @@ pub use crate::body::convolution::Product;
 pub use crate::body::rotation::{ModalRotation, Turning};
 pub use crate::body::{Convolution, ModalMatrix, ModeName, TraceModes};
 pub use damping::{damping, Own};
+pub use measured::{measure, shifts};
 pub use pair::{combined_compliance, ModalPair};
 pub use receptance::receptance;
 use rotating::Dynamics;
@@ -75,7 +77,10 @@ impl ReducedModel {
         for side in Side::BOTH.into_iter().take(if alike { 1 } else { 2 }) {
             let part = parts.get_mut(place[side.index()]).ok_or_else(missing)?;
             let part = if twice && side == Side::Lower { part.clone() } else { part.take() };
-            let AtContact { modes, compliance } = part.ok_or_else(missing)?;
+            let AtContact { modes, mut compliance } = part.ok_or_else(missing)?;
+            if let Some(change) = modes.rows.as_ref().and_then(|rows| measured::change(&modes, rows)) {
+                compliance += change;
+            }
             own[side.index()] = Own { matrix: modes.damping.map(ModalMatrix::from), springs: modes.springs };
             let names = modes.names;
             let damping = damping_of(job, side, (&modes.omega, &names), &own[side.index()])?;
@@ -145,7 +150,10 @@ fn given(job: &Job) -> [Option<&job::Body>; 2] {
 /// supports bring; none of a body that the job does not give.
 fn damping_of(job: &Job, side: Side, (omega, names): (&[f64], &[ModeName]), own: &Own) -> Result<ModalMatrix> {
     let Some(body) = given(job)[side.index()] else { return Ok(vec![0.0; omega.len()].into()) };
-    let modal = damping(&body.damping, (omega, names), &own.springs, &format!("bodies.{}.damping", side.name()))?;
+    let key = format!("bodies.{}.damping", side.name());
+    let mut modal = damping(&body.damping, (omega, names), &own.springs, &key)?;
+    let by_matrix = |k: usize| own.matrix.as_ref().map_or(0.0, |own| body.damping_factor() * own.get(k, k));
+    measured::damp(body, (omega, names), &by_matrix, &mut modal);
     Ok(match &own.matrix {
         Some(own) => own.scaled(body.damping_factor()).with_diagonal(&modal),
         None => modal.into(),

@@ -88,8 +88,8 @@ pub fn latin_hypercube(dimensions: usize, count: usize, seed: u64) -> Vec<Vec<f6
 mod tests {
     use super::*;
 
-    /// Points 5, 37 and 63 of dimensions 1, 2, 3, 11, 41 and 64, as SciPy 1.17 has them (`scipy.stats.qmc.Sobol` without
-    /// scrambling), which takes the same direction numbers.
+    /// Points 5, 37 and 63 of dimensions 1, 2, 3, 11, 41 and 64, as SciPy 1.17 has them (`scipy.stats.qmc.Sobol`
+    /// without scrambling), which takes the same direction numbers.
     #[test]
     fn the_sequence_is_that_of_joe_and_kuo() {
         let at = |number: u32, k: usize| f64::from(sobol(number, &directions(k))) / 2f64.powi(32);

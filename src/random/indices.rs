@@ -2,10 +2,10 @@
 //! all its interactions (total).
 //!
 //! Design of A. Saltelli et al., Comput. Phys. Commun. 181 (2010) 259–270: N points A, N points B independent of
-//! them, and for each input i the points A with the column i of B. Both indices by the formulas of M. J. W. Jansen,
-//! Comput. Phys. Commun. 117 (1999) 35–43:
+//! them, and for each input i the points A with the column i of B. First-order indices by the formula of that paper,
+//! with the mean m taken off, total ones by that of M. J. W. Jansen, Comput. Phys. Commun. 117 (1999) 35–43:
 //!
-//! S_i = 1 − Σ (f(B) − f(AB_i))² / 2NV,  T_i = Σ (f(A) − f(AB_i))² / 2NV.
+//! S_i = Σ (f(B) − m) (f(AB_i) − f(A)) / NV,  T_i = Σ (f(A) − f(AB_i))² / 2NV.
 
 use super::interval::quantile;
 use super::Stream;
@@ -67,10 +67,9 @@ fn estimate(rows: &[Vec<f64>], drawn: &[usize], inputs: usize) -> Option<Vec<f64
     }
     let mut found = Vec::with_capacity(2 * inputs);
     for i in 0..inputs {
-        let half = |of: usize| {
-            drawn.iter().map(|&j| (rows[j][of] - rows[j][2 + i]).powi(2)).sum::<f64>() / (2.0 * n * variance)
-        };
-        found.extend([1.0 - half(1), half(0)]);
+        let sum = |of: &dyn Fn(&[f64]) -> f64| drawn.iter().map(|&j| of(&rows[j])).sum::<f64>() / (n * variance);
+        found.push(sum(&|row| (row[1] - mean) * (row[2 + i] - row[0])));
+        found.push(sum(&|row| 0.5 * (row[0] - row[2 + i]).powi(2)));
     }
     Some(found)
 }

@@ -81,13 +81,15 @@ const FEW: usize = 10;
 /// The share of `hits`, its interval and how it was made. With `replicates` above 1 the samples stand one replicate
 /// after the other, and replicates are independent of each other; points of one are not. Their spread, which is
 /// smaller than that of independent points, gives the interval, unless fewer than ten samples lie on one side: then it
-/// may vanish by accident, and Wilson's interval is taken, which is too wide rather than too narrow. A hit that is
+/// may vanish by accident, and Wilson's interval is taken, which is too wide rather than too narrow. Where replicates
+/// agree in each hit, one in R of them might still differ by a hit in n: half the width is −ln(1 − confidence) samples
+/// at least (the rule of three). A hit that is
 /// `None` is of a sample that is not known and left out.
 pub fn share(hits: &[Option<bool>], replicates: usize, confidence: f64) -> (f64, [f64; 2], Method) {
     let known: Vec<bool> = hits.iter().flatten().copied().collect();
     let yes = known.iter().filter(|h| **h).count();
     let mean = yes as f64 / known.len() as f64;
-    let means: Vec<f64> = match replicates > 1 && hits.len() % replicates == 0 {
+    let means: Vec<f64> = match replicates > 1 && hits.len().is_multiple_of(replicates) {
         false => Vec::new(),
         true => hits
             .chunks(hits.len() / replicates)
@@ -102,7 +104,8 @@ pub fn share(hits: &[Option<bool>], replicates: usize, confidence: f64) -> (f64,
     let n = means.len() as f64;
     let middle = means.iter().sum::<f64>() / n;
     let variance = means.iter().map(|m| (m - middle).powi(2)).sum::<f64>() / (n - 1.0);
-    let half = student_quantile(0.5 + 0.5 * confidence, n - 1.0) * (variance / n).sqrt();
+    let spread = student_quantile(0.5 + 0.5 * confidence, n - 1.0) * (variance / n).sqrt();
+    let half = spread.max(-(1.0 - confidence).ln() / known.len() as f64);
     (mean, [(mean - half).max(0.0), (mean + half).min(1.0)], Method::Replicates)
 }
 

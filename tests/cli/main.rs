@@ -17,6 +17,7 @@ mod interrupted;
 mod killed;
 mod matrices;
 mod matrix_files;
+mod measured;
 mod one_point;
 mod out_of_core;
 mod placement;

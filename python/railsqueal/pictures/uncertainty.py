@@ -2,12 +2,13 @@
 
 import textwrap
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.lines import Line2D
 
-from ..result import Result
+from ..result import Floats, Result
 from ..uncertainty import Uncertainty, named
 from .style import BLUE, GREY, ORANGE, RED, Canvas, heading, legend
 
@@ -58,7 +59,7 @@ def growth_rates(result: Result, table: Uncertainty, canvas: Canvas) -> list[Pat
     figure, axes = plt.subplots(figsize=(7.2, 4.6), layout="constrained")
     at = table.random
 
-    def line(values: np.ndarray, label: str, **look: object) -> None:
+    def line(values: Floats, label: str, **look: Any) -> None:
         known = np.sort(values[np.isfinite(values)])
         if len(known):
             axes.step(known, np.arange(1, len(known) + 1) / len(known), where="post", label=label, **look)

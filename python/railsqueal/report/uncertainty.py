@@ -4,7 +4,7 @@ from html import escape
 
 import numpy as np
 
-from ..result import Result
+from ..result import Floats, Result
 from ..uncertainty import Uncertainty, named
 from .markup import Row, cut, digits, table
 
@@ -27,7 +27,7 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
     low, middle, high = (int(np.argmin(np.abs(found.levels - p))) for p in (0.05, 0.5, 0.95))
     head = ("mode", "probability", "from", "to", "growth rate, 1/s: 5 %", "median", "95 %", "found in")
 
-    def shown(name: str, p: float, ends: np.ndarray, q: np.ndarray, share: float) -> Row:
+    def shown(name: str, p: float, ends: Floats, q: Floats, share: float) -> Row:
         rates = (digits(float(q[k]), "{:+.2f}") for k in (low, middle, high))
         return (name, f"{p:.3f}", f"{ends[0]:.3f}", f"{ends[1]:.3f}", *rates, f"{100 * share:.0f} %")
 
@@ -51,14 +51,17 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
             )
             for k in order
         ]
-        head = ("input", "first-order index", "from", "to", "total index", "from", "to")
-        parts += ["<h3>Influence of the inputs on the largest growth rate</h3>", table(head, inputs)]
+        heads: Row = ("input", "first-order index", "from", "to", "total index", "from", "to")
+        parts += ["<h3>Influence of the inputs on the largest growth rate</h3>", table(heads, inputs)]
     failed = np.flatnonzero(found.status != 0)
     if len(failed):
-        lost = [(*(f"{q.factor * found.values[key][k]:.6g}" for key, q in quantities.items()), found.message[k]) for k in failed]
-        rows, more = cut(lost)
+        lost = [
+            (*(f"{q.factor * found.values[key][k]:.6g}" for key, q in quantities.items()), found.message[k])
+            for k in failed
+        ]
+        shown_rows, more = cut(lost)
         heads = (*(q.axis for q in quantities.values()), "reason")
-        parts += ["<h3>Samples that failed</h3>", table(heads, rows, kind="words"), more]
+        parts += ["<h3>Samples that failed</h3>", table(heads, shown_rows, kind="words"), more]
     return parts + [drawn[name] for name in PICTURES if name in drawn]
 
 
@@ -81,12 +84,15 @@ def csv_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
         )
         for k in range(len(found.status))
     ]
-    made = [("uncertainty", head, rows)]
+    made: list[tuple[str, Row, list[Row]]] = [("uncertainty", head, rows)]
     levels = tuple(f"growth_rate_{100 * p:g}_%_1/s" for p in found.levels)
     head = ("mode", "probability", "from", "to", "found", *levels)
     rows = [("any", found.probability, *found.interval, 1 - found.failed / found.samples, *found.quantiles)]
     rows += [
-        (found.modes[m], found.mode_probability[m], *found.mode_interval[m], found.mode_found[m], *found.mode_quantiles[m])
+        (
+            *(found.modes[m], found.mode_probability[m], *found.mode_interval[m]),
+            *(found.mode_found[m], *found.mode_quantiles[m]),
+        )
         for m in range(len(found.modes))
     ]
     made.append(("uncertainty-modes", head, rows))

@@ -121,7 +121,7 @@ fn records(bytes: &[u8]) -> (HashMap<[u8; SUM], Outcome>, usize) {
 
 /// The first record, and its length.
 fn first(bytes: &[u8]) -> Option<([u8; SUM], Outcome, usize)> {
-    let eight = |at: usize| Some(<[u8; 8]>::try_from(bytes.get(at..at.checked_add(8)?)?).ok()?);
+    let eight = |at: usize| <[u8; 8]>::try_from(bytes.get(at..at.checked_add(8)?)?).ok();
     let numbers = usize::try_from(u64::from_le_bytes(eight(SUM)?)).ok()?.checked_mul(8)?;
     let text = usize::try_from(u64::from_le_bytes(eight(SUM + 8)?)).ok()?;
     let begin = SUM + 16;

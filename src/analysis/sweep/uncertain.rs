@@ -338,7 +338,8 @@ fn say(
         summary.value(
             &format!("{:.1} Hz", mode.own.im / (2.0 * PI)),
             format!(
-                "P {:.3}, {low:.3} to {high:.3}; growth rate {middle:+.2} 1/s, 90 % within {least:+.2} and {most:+.2}; {}",
+                "P {:.3}, {low:.3} to {high:.3}; growth rate {middle:+.2} 1/s, \
+                 90 % within {least:+.2} and {most:+.2}; {}",
                 mode.probability, mode.name
             ),
         );

@@ -66,16 +66,16 @@ pub struct UncertainInput {
 pub enum Distribution {
     /// A normal distribution.
     Normal {
-        /// Mean.
+        /// Mean of the input.
         #[schemars(extend("unit" = "1"))]
         mean: f64,
-        /// Standard deviation.
+        /// Standard deviation of the input.
         #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"))]
         deviation: f64,
     },
     /// A value whose logarithm is distributed normally.
     Lognormal {
-        /// Median.
+        /// Median of the input.
         #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"))]
         median: f64,
         /// Standard deviation of the natural logarithm.
@@ -84,22 +84,22 @@ pub enum Distribution {
     },
     /// All values between two ends alike.
     Uniform {
-        /// Lower end.
+        /// Lower end of the range.
         #[schemars(extend("unit" = "1"))]
         from: f64,
-        /// Upper end.
+        /// Upper end of the range.
         #[schemars(extend("unit" = "1"))]
         to: f64,
     },
     /// A density that rises and falls in straight lines.
     Triangular {
-        /// Lower end.
+        /// Lower end of the range.
         #[schemars(extend("unit" = "1"))]
         from: f64,
         /// Most likely value.
         #[schemars(extend("unit" = "1"))]
         mode: f64,
-        /// Upper end.
+        /// Upper end of the range.
         #[schemars(extend("unit" = "1"))]
         to: f64,
     },
