@@ -85,6 +85,7 @@ pub mod plan;
 pub mod progress;
 mod quadrature;
 pub mod rails;
+pub mod random;
 pub mod roughness;
 pub mod scratch;
 pub mod sound;

@@ -10,6 +10,7 @@ from .curving import AXLES, WHEELS, Curving
 from .labels import body_words, quantity, words
 from .result import Result
 from .tables import BODIES, ComplexModes, ContactGrid, CreepCurve, Cycles, History, Modes, Receptances, Sweep, growing
+from .uncertainty import Uncertainty, named
 
 # Modes of each body, and eigenvalues, that count as figures.
 MODES, EIGENVALUES = 6, 6
@@ -47,7 +48,7 @@ def of(result: Result) -> list[Figure]:
     """All figures of a result, analysis by analysis."""
     made: list[Figure] = []
     first = (curving, placement, steady, modes, stability, creep_curve, receptances)
-    for part in (*first, transient, sound_power, sweep, cycles):
+    for part in (*first, transient, sound_power, sweep, cycles, uncertainty):
         made += part(result)
     return made
 
@@ -278,4 +279,17 @@ def cycles(result: Result) -> list[Figure]:
             made.append(
                 Figure(f"limit cycles, {name}", "largest sound power", float(np.nanmax(level[fate > 0])), "dB(A)")
             )
+    return made
+
+
+def uncertainty(result: Result) -> list[Figure]:
+    """Probabilities of squeal, and shares of the variance of the largest growth rate."""
+    if not Uncertainty.present(result):
+        return []
+    table, name = Uncertainty.of(result), "probability of squeal"
+    made = [Figure(name, "random samples", float(table.samples)), Figure(name, "failed samples", float(table.failed))]
+    made.append(Figure(name, "any mode", table.probability, "", 1.0))
+    made += [Figure(name, table.modes[m], float(table.mode_probability[m]), "", 1.0) for m in table.squealing]
+    for key, index in zip(table.keys, [] if table.first is None else table.first):
+        made.append(Figure(name, f"share of the variance, {named(result, key).name}", float(index), "", 1.0))
     return made

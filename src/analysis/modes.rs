@@ -6,7 +6,7 @@ use crate::body::{Kind, ModeName, TraceModes};
 use crate::case::bodies::Bodies;
 use crate::case::pictures::Pictures;
 use crate::job::{Job, ModesExtent};
-use crate::model::{waves, ModalRotation, Wave};
+use crate::model::{measure, shifts, waves, ModalRotation, Wave};
 use crate::output::{companion, write_modes, BodyPart, SequenceFile, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
@@ -24,7 +24,9 @@ pub fn compute_all(job: &Job, bodies: &mut Bodies, progress: &mut Progress) -> R
     let mut all = Vec::new();
     for body in &mut bodies.unique {
         progress.stage(format!("modes, body {}", body.name()));
-        all.push(body.modes(extent, &mut |done, of| progress.converged("modes", done, of))?);
+        let mut modes = body.modes(extent, &mut |done, of| progress.converged("modes", done, of))?;
+        measure(job, body.name(), &mut modes)?;
+        all.push(modes);
     }
     Ok(all)
 }
@@ -48,6 +50,7 @@ pub fn list(run: &mut Run, places: &[(&'static str, usize)], modes: &[TraceModes
         }
         if places.iter().find(|p| p.1 == body).is_some_and(|first| first.0 == place) {
             summarise(place, (&frequency, &modes.names), &mut run.summary);
+            shifts(modes).into_iter().for_each(|text| run.summary.value(&format!("  measured on {place}"), text));
         }
     }
     Ok(())

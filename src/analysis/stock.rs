@@ -60,7 +60,12 @@ impl<'s> Stock<'s> {
 
     /// The job's own point for the points of a sweep, if its model could be made.
     pub fn base(&self) -> Option<sweep::Base<'_, 's>> {
-        self.model.as_ref().map(|model| sweep::Base { model, bodies: &self.bodies, modes: &self.modes })
+        self.model.as_ref().map(|model| sweep::Base {
+            model,
+            bodies: &self.bodies,
+            modes: &self.modes,
+            found: self.found.as_ref(),
+        })
     }
 
     /// Collective: one step of `run`.
@@ -123,7 +128,9 @@ impl<'s> Stock<'s> {
         if self.earlier.compliance() {
             run.summary.value("compliance", "from the earlier run; the modes are found again");
         }
-        if !run.options.resume && run.options.reuse.is_none() && keeps(run.job) {
+        // Measured frequencies are not told from computed ones where the modes alone are kept.
+        let measured = all.iter().any(|modes| !modes.computed.is_empty());
+        if !run.options.resume && run.options.reuse.is_none() && keeps(run.job) && !measured {
             let shapes = match seeks_shapes(run.job, false) && self.bodies.on_meshes() {
                 true => Some(modes::kept_shapes(run, &self.bodies, &all)?),
                 false => None,

@@ -193,7 +193,7 @@ impl Body for Elements<'_> {
         self.shapes = Some(found);
         let orders = rotation.as_ref().map(ModalRotation::diameters).unwrap_or_default();
         let names = ModeName::of_orders(&orders);
-        Ok(TraceModes { omega, residual, rows, damping, springs, reach, rotation, names })
+        Ok(TraceModes { omega, residual, rows, damping, springs, reach, rotation, names, ..TraceModes::default() })
     }
 
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {

@@ -106,6 +106,9 @@ pub struct TraceModes {
     pub rotation: Option<ModalRotation>,
     /// Names of the modes, `[m]`, where that is known; on every rank.
     pub names: Vec<ModeName>,
+    /// Angular frequencies as they were computed, rad/s, `[m]`, where `omega` has measured ones; else empty. On every
+    /// rank.
+    pub computed: Vec<f64>,
 }
 
 impl TraceModes {

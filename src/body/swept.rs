@@ -382,6 +382,7 @@ impl Body for Swept<'_> {
             rotation: self.rotates.then(|| rotation(&list)),
             names: names(&all, &list),
             omega,
+            computed: Vec::new(),
         };
         // Those from elsewhere go on as they were found.
         self.found = Some(known.unwrap_or_else(|| {

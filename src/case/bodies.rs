@@ -109,6 +109,7 @@ impl<'p> Bodies<'p> {
         let same = given.len() == 2 && {
             let described = given[0].1.material == given[1].1.material
                 && given[0].1.rotation == given[1].1.rotation
+                && given[0].1.modes == given[1].1.modes
                 && same_groups(&given[0].1.fixed, &given[1].1.fixed)
                 && given[0].1.supports == given[1].1.supports;
             let meshes = world.is_root() && meshed.as_ref().is_some_and(|m| m[0].mesh.identical(&m[1].mesh));

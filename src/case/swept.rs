@@ -264,6 +264,7 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
                 && a.ring_dampers == b.ring_dampers
                 && a.rotation == b.rotation
                 && a.track == b.track
+                && a.modes == b.modes
         }
         _ => false,
     };

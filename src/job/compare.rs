@@ -27,6 +27,12 @@ pub fn fe_inputs(job: &Job) -> Value {
         if !b.ring_dampers.is_empty() {
             body["ring_dampers"] = json!(b.ring_dampers);
         }
+        // Damping is no part of the model, measured frequencies are.
+        let measured = b.modes.iter().flat_map(|m| &m.measured).filter(|m| m.frequency.is_some());
+        let measured: Vec<_> = measured.map(|m| json!([m.order, m.family, m.near, m.frequency])).collect();
+        if !measured.is_empty() {
+            body["measured"] = json!(measured);
+        }
         if let Some(track) = &b.track {
             body["track"] = json!(track);
         }

@@ -19,6 +19,7 @@ mod range;
 mod schema;
 mod sweep;
 mod transient;
+mod uncertainty;
 mod validate;
 
 pub use branches::{key_unit, Branches};
@@ -105,6 +106,9 @@ impl Job {
         let folder = path.parent().unwrap_or(Path::new(""));
         if let Some(wanted) = &job.analyses.sweep {
             job.sweep = Some(sweep::plan(&value, wanted, &name, folder, &checker)?);
+        }
+        if let Some(wanted) = &job.analyses.uncertainty {
+            job.sweep = Some(uncertainty::plan(&value, wanted, &name, folder, &checker)?);
         }
         job.resolve(folder);
         job.changed_defaults = format.changed(&value, &job.to_json());
@@ -215,7 +219,9 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
     }
     // Stability and receptances are computed on the modes, and a sweep is one of stability; what turns has inertia
     // even in steady rolling.
-    if !turns && !["modes", "stability", "creep_curve", "sweep", "receptance", "transient", "cycles"].contains(&only) {
+    const ON_MODES: [&str; 8] =
+        ["modes", "stability", "creep_curve", "sweep", "uncertainty", "receptance", "transient", "cycles"];
+    if !turns && !ON_MODES.contains(&only) {
         analyses.modes = None;
     }
     if only != "curving" {
@@ -225,7 +231,7 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
         analyses.steady = None;
     }
     // A transient may start from a mode of stability, a creep curve has the least stable eigenvalue.
-    if !["stability", "creep_curve", "sweep", "transient", "cycles"].contains(&only) {
+    if !["stability", "creep_curve", "sweep", "uncertainty", "transient", "cycles"].contains(&only) {
         analyses.stability = None;
     }
     if only != "creep_curve" {
@@ -239,6 +245,9 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
     }
     if only != "sweep" {
         analyses.sweep = None;
+    }
+    if only != "uncertainty" {
+        analyses.uncertainty = None;
     }
     if only != "receptance" {
         analyses.receptance = None;

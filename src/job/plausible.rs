@@ -194,11 +194,12 @@ impl Usual {
     /// The remark on the first such value of a swept key.
     fn remark_of_sweep(&self, job: &Job, pattern: &[&str], checker: &Checker) -> Option<String> {
         let plan = job.sweep.as_ref()?;
+        let analysis = if job.analyses.uncertainty.is_some() { "uncertainty.inputs" } else { "sweep.keys" };
         plan.keys.iter().zip(&plan.values).find_map(|(key, values)| {
             let path: Vec<&str> = key.split('.').collect();
             let same = path.len() == pattern.len() && path.iter().zip(pattern).all(|(a, b)| *b == "*" || a == b);
             let remark = |value: &Value| self.remark(key, value.as_f64()?, checker);
-            same.then(|| values.iter().find_map(remark))?.map(|text| format!("analyses.sweep.keys: {text}"))
+            same.then(|| values.iter().find_map(remark))?.map(|text| format!("analyses.{analysis}: {text}"))
         })
     }
 }

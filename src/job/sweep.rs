@@ -101,6 +101,20 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
             values[k].push(lists[k][at].clone());
         }
     }
+    let points = points(base, "analyses.sweep", (&keys, &values), (name, folder, checker))?;
+    let units = keys.iter().map(|k| checker.unit_at(&k.split('.').collect::<Vec<_>>())).collect();
+    Ok(SweepPlan { keys, units, values, shape, points })
+}
+
+/// The jobs of points over the job `base`, with `modes` and `stability` alone; `path` is that of the analysis, and
+/// `name` names the job in messages.
+pub(super) fn points(
+    base: &Value,
+    path: &str,
+    (keys, values): (&[String], &[Vec<Value>]),
+    (name, folder, checker): (&str, &Path, &Checker),
+) -> Result<Vec<Job>> {
+    let count = values.first().map_or(0, Vec::len);
     let mut stripped = base.clone();
     if let Some(analyses) = stripped.get_mut("analyses").and_then(Value::as_object_mut) {
         analyses.retain(|k, _| k == "modes" || k == "stability");
@@ -111,11 +125,11 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
     for point in 0..count {
         let mut job = stripped.clone();
         let mut here = Vec::new();
-        for (key, values) in keys.iter().zip(&values) {
-            put(&mut job, &key.split('.').collect::<Vec<_>>(), values[point].clone(), "analyses.sweep.keys")?;
+        for (key, values) in keys.iter().zip(values) {
+            put(&mut job, &key.split('.').collect::<Vec<_>>(), values[point].clone(), &format!("{path}.keys"))?;
             here.push(format!("{key} = {}", values[point]));
         }
-        let refused = |fault: &str| Error::Job(format!("{name}: analyses.sweep, at {}: {fault}", here.join(", ")));
+        let refused = |fault: &str| Error::Job(format!("{name}: {path}, at {}: {fault}", here.join(", ")));
         if let Some(fault) = checker.check(&job).first() {
             return Err(refused(fault));
         }
@@ -133,8 +147,7 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
         job.resolve(folder);
         points.push(job);
     }
-    let units = keys.iter().map(|k| checker.unit_at(&k.split('.').collect::<Vec<_>>())).collect();
-    Ok(SweepPlan { keys, units, values, shape, points })
+    Ok(points)
 }
 
 /// Returns whether a key can change the stability of steady sliding.

@@ -6,6 +6,7 @@ use super::transient::{Hold, SoundPower, StartState, Transient, TransientModel};
 mod absorber;
 mod curving;
 mod matrices;
+mod measured;
 mod placement;
 mod quadrature;
 mod rail;
@@ -26,6 +27,12 @@ pub fn validate(job: &Job) -> Vec<String> {
     check_rotating(job, &mut faults);
     rail::check_modes(job, &mut faults);
     curving::check(job, &mut faults);
+    if let Some(wanted) = &job.analyses.uncertainty {
+        check_uncertainty(job, wanted, &mut faults);
+    }
+    job.bodies()
+        .into_iter()
+        .for_each(|(name, body)| measured::check(&format!("bodies.{name}"), body, job, &mut faults));
     quadrature::check(job, &mut faults);
     if job.by_matrices() {
         matrices::check(job, &mut faults);
@@ -475,6 +482,16 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
     if let (Some(_), Some(contact)) = (&job.analyses.stability, &job.contact) {
         check_stability(job, contact, faults);
     }
+}
+
+fn check_uncertainty(job: &Job, wanted: &Uncertainty, faults: &mut Vec<String>) {
+    if job.analyses.stability.is_none() {
+        faults.push("analyses.stability: missing; analyses.uncertainty computes it at every point, e.g. {}".into());
+    }
+    if job.analyses.sweep.is_some() {
+        faults.push("analyses.sweep: found beside analyses.uncertainty; leave out one of the two".into());
+    }
+    faults.extend(super::uncertainty::faults(wanted).into_iter().map(|f| format!("analyses.uncertainty.{f}")));
 }
 
 fn check_cycles(job: &Job, sweep: &Sweep, faults: &mut Vec<String>) {

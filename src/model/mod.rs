@@ -3,6 +3,7 @@
 
 mod compact;
 mod damping;
+mod measured;
 mod pair;
 mod receptance;
 mod rotating;
@@ -19,6 +20,7 @@ pub use crate::body::convolution::Product;
 pub use crate::body::rotation::{ModalRotation, Turning};
 pub use crate::body::{Convolution, ModalMatrix, ModeName, TraceModes};
 pub use damping::{damping, Own};
+pub use measured::{measure, shifts};
 pub use pair::{combined_compliance, ModalPair};
 pub use receptance::receptance;
 use rotating::Dynamics;
@@ -75,7 +77,10 @@ impl ReducedModel {
         for side in Side::BOTH.into_iter().take(if alike { 1 } else { 2 }) {
             let part = parts.get_mut(place[side.index()]).ok_or_else(missing)?;
             let part = if twice && side == Side::Lower { part.clone() } else { part.take() };
-            let AtContact { modes, compliance } = part.ok_or_else(missing)?;
+            let AtContact { modes, mut compliance } = part.ok_or_else(missing)?;
+            if let Some(change) = modes.rows.as_ref().and_then(|rows| measured::change(&modes, rows)) {
+                compliance += change;
+            }
             own[side.index()] = Own { matrix: modes.damping.map(ModalMatrix::from), springs: modes.springs };
             let names = modes.names;
             let damping = damping_of(job, side, (&modes.omega, &names), &own[side.index()])?;
@@ -145,7 +150,10 @@ fn given(job: &Job) -> [Option<&job::Body>; 2] {
 /// supports bring; none of a body that the job does not give.
 fn damping_of(job: &Job, side: Side, (omega, names): (&[f64], &[ModeName]), own: &Own) -> Result<ModalMatrix> {
     let Some(body) = given(job)[side.index()] else { return Ok(vec![0.0; omega.len()].into()) };
-    let modal = damping(&body.damping, (omega, names), &own.springs, &format!("bodies.{}.damping", side.name()))?;
+    let key = format!("bodies.{}.damping", side.name());
+    let mut modal = damping(&body.damping, (omega, names), &own.springs, &key)?;
+    let by_matrix = |k: usize| own.matrix.as_ref().map_or(0.0, |own| body.damping_factor() * own.get(k, k));
+    measured::damp(body, (omega, names), &by_matrix, &mut modal);
     Ok(match &own.matrix {
         Some(own) => own.scaled(body.damping_factor()).with_diagonal(&modal),
         None => modal.into(),
@@ -176,6 +184,18 @@ impl SharedModel {
             (gyroscopic.nrows() > 0).then_some(ModalRotation { gyroscopic, stiffness, derivative })
         });
         Ok(Self { interface, pair: ModalPair::broadcast(world, root.map(|m| &m.pair)), own, rotation })
+    }
+
+    /// Number of modes of the lower body.
+    pub fn lower_modes(&self) -> usize {
+        self.pair.lower_modes
+    }
+
+    /// Makes W as [`Self::pair`] makes it, so that it is the same to the last bit whether or not another job came before.
+    pub fn renew(&mut self) {
+        if self.pair.local.is_none() && self.rotation.iter().any(Option::is_some) {
+            self.pair.renew_compliance();
+        }
     }
 
     /// Both bodies with the damping and the rotation of `job`. Where a state of rest does not see W it stays that of

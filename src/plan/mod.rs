@@ -222,15 +222,8 @@ impl Plan {
 
 /// The first point of a sweep on each set of finite elements.
 pub fn models(sweep: &SweepPlan) -> Vec<&Job> {
-    let mut seen: Vec<serde_json::Value> = Vec::new();
-    let mut new = |inputs: serde_json::Value| {
-        let is = !seen.contains(&inputs);
-        if is {
-            seen.push(inputs);
-        }
-        is
-    };
-    sweep.points.iter().filter(|p| new(fe_inputs(p))).collect()
+    let mut seen = std::collections::HashSet::new();
+    sweep.points.iter().filter(|p| seen.insert(fe_inputs(p).to_string())).collect()
 }
 
 impl fmt::Display for Plan {

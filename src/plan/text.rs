@@ -12,7 +12,8 @@ pub(super) fn lines(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> 
     if let Some(sweep) = &job.sweep {
         let models = models(sweep).len();
         lines.push(format!(
-            "sweep of {}: {} points on {models} {} model{}",
+            "{} of {}: {} points on {models} {} model{}",
+            if job.analyses.uncertainty.is_some() { "uncertainty" } else { "sweep" },
             sweep.keys.join(", "),
             sweep.points.len(),
             if job.by_matrices() { "reduced" } else { "finite-element" },

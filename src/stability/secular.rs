@@ -540,6 +540,27 @@ pub fn begin_at(values: impl Iterator<Item = C>) {
     }
 }
 
+/// What this rank knows of the last state.
+#[derive(Clone, Default)]
+pub struct State {
+    last: Last,
+    modes: Option<Rc<Modes>>,
+}
+
+impl State {
+    /// What is known now.
+    pub fn present() -> Self {
+        Self { last: LAST.with_borrow(Last::clone), modes: Modes::last() }
+    }
+
+    /// The next state begins from here, whichever was computed last: what is found then depends on this one alone, to
+    /// the last bit.
+    pub fn begin(&self) {
+        LAST.set(self.last.clone());
+        Modes::know(self.modes.clone());
+    }
+}
+
 impl Last {
     /// Returns whether these poles are those of the last state, or near them one by one.
     fn is_near(&self, poles: &[C]) -> bool {

@@ -8,7 +8,8 @@ matplotlib.use("Agg")  # no screen is needed
 
 from ..errors import WRITING, ResultError  # noqa: E402
 from ..result import Result  # noqa: E402
-from . import (  # noqa: E402  # noqa: E402
+from . import (  # noqa: E402
+    branches,
     budget,
     campbell,
     contact,
@@ -23,6 +24,7 @@ from . import (  # noqa: E402  # noqa: E402
     surfaces,
     sweep,
     transient,
+    uncertainty,
 )
 from .style import Canvas  # noqa: E402
 
@@ -39,5 +41,4 @@ def draw(result: Result, canvas: Canvas, count: int = 12) -> list[Path]:
     made = contact.pictures(result, canvas) + modes.pictures(result, canvas, count)
     for subject in (budget, campbell, receptance, sweep, slices, cycles, curving, placement, creep_curve, transient):
         made += subject.pictures(result, canvas)
-    made += branches.pictures(result, canvas)
-    return made
+    return made + branches.pictures(result, canvas) + uncertainty.pictures(result, canvas)

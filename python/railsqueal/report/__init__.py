@@ -11,7 +11,7 @@ from ..errors import WRITING, ResultError
 from ..result import Result, lookup
 from ..tables import Provenance
 from ..verdict import verdict
-from . import branches, curving, player, setup, shapes, stability, sweeps
+from . import branches, curving, player, setup, shapes, stability, sweeps, uncertainty
 from .csv_tables import csv_tables, save
 from .markup import CAPTIONS, WEB, Row, download, pictures, table
 
@@ -20,7 +20,7 @@ __all__ = ["CAPTIONS", "csv_tables", "page", "write"]
 LARGEST = 14_500_000
 # Pictures that stand in sections of their own.
 CURVING = ("curving-bogie", "curving-contacts", "curving-radius")
-ELSEWHERE = (*CURVING, *sweeps.PICTURES, *branches.PICTURES, "growth-budget", "sound-power")
+ELSEWHERE = (*CURVING, *sweeps.PICTURES, *branches.PICTURES, *uncertainty.PICTURES, "growth-budget", "sound-power")
 # Anchors of sections and their names in the list of contents.
 CONTENTS = (
     ("setup", "what was computed"),
@@ -28,6 +28,7 @@ CONTENTS = (
     ("stability", "stability, budget and cures"),
     ("sweep", "sweep"),
     ("branches", "limit cycles as solutions"),
+    ("uncertainty", "probability of squeal"),
     ("sound", "sound"),
     ("curving", "curving"),
     ("modes", "free modes"),
@@ -53,6 +54,9 @@ TABLES = {
     "sweep": "points of the sweep",
     "sweep-eigenvalues": "eigenvalues of all points of the sweep",
     "limit-cycles": "limit cycles",
+    "uncertainty": "samples of the uncertain inputs",
+    "uncertainty-modes": "probabilities and growth rates by mode",
+    "uncertainty-indices": "Sobol' indices",
     "transient": "motion in time",
     "sound-power": "sound power in third octaves",
     "times": "times by stage",
@@ -77,6 +81,7 @@ def page(result: Result, tables: Sequence[Path]) -> str:
     title = str(lookup(result.job, "title") or result.stem)
     drawn = pictures(result)
     sections = stability.section(result, drawn)
+    sections += uncertainty.section(result, drawn)
     sections += sweeps.section(result, drawn) + branches.section(result, drawn) + player.section(result, drawn)
     sections += curving.section(result, [text for name, text in drawn.items() if name in CURVING])
     sections += stability.modes_section(result)

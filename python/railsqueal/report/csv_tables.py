@@ -23,6 +23,7 @@ from ..tables import (
     Receptances,
     Sweep,
 )
+from . import uncertainty
 from .markup import Row
 
 # Columns of the tables of steady curving as CSV.
@@ -67,6 +68,7 @@ def csv_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
     if forces:
         made.append(("forces", ("analysis", "point", "force_x_N", "force_y_N", "force_z_N"), forces))
     made += curve_tables(result) + sweep_tables(result) + transient_tables(result)
+    made += uncertainty.csv_tables(result)
     stages = Provenance.of(result).stages
     if stages:
         made.append(("times", ("stage", "time_s"), [*stages.items(), ("all stages", sum(stages.values()))]))

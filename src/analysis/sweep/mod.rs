@@ -3,8 +3,10 @@
 //! rank each.
 
 mod cycles;
+mod kept;
 mod outcome;
 mod sound;
+mod uncertain;
 
 use super::modes;
 use super::radiation::{bands_of, Sounding};
@@ -13,7 +15,7 @@ use super::run::Run;
 use crate::body::elsewhere::Elsewhere;
 use crate::body::TraceModes;
 use crate::case::bodies::Bodies;
-use crate::case::examined::Examined;
+use crate::case::examined::{Examined, Found};
 use crate::case::foresee;
 use crate::case::interface::{given_forces, points};
 use crate::case::meshes::Meshes;
@@ -28,7 +30,10 @@ use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::{Error, Result};
 use cycles::{All, Following};
+use kept::Kept;
 use outcome::{summarise, Packed};
+use std::collections::HashMap;
+use uncertain::Study;
 
 /// The key of the sound of limit cycles.
 pub(super) const SOUND: &str = "analyses.sweep.cycles.sound_power";
@@ -47,16 +52,35 @@ pub struct Base<'a, 's> {
     pub bodies: &'a Bodies<'s>,
     /// Free modes of each of [`Bodies::unique`].
     pub modes: &'a [TraceModes],
+    /// What stability found, on rank 0.
+    pub found: Option<&'a Found>,
 }
+
+/// Points of a study that each rank computes before what is done is kept.
+const BLOCK: usize = 16;
 
 /// Collective: every point of `plan`, tables under `/sweep`. `base` is there if its model could be made; `own` is
 /// what went wrong at the job's own point. Points that fail are in the table with what went wrong, and in the summary
 /// as the failure of the run.
 pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Option<&Error>) -> Result<()> {
     let (world, job) = (run.world(), run.job);
+    let study = Study::of(world, job, (base.as_ref(), own))?;
+    let mut kept = match &study {
+        Some(study) => Some(world.on_root(|| Kept::open(&run.options.output, study.identity()))?),
+        None => None,
+    };
     let mut results: Vec<Option<Outcome>> = vec![None; plan.points.len()];
     let points = filled(world, plan, &mut results)?;
-    let groups = groups(&points);
+    let mut groups = groups(&points);
+    let models = groups.len();
+    if let Some(Some(kept)) = &mut kept {
+        run.file.discard(kept.folder());
+        kept.take_up(&points, &mut results)?;
+    }
+    // Points of a study that an earlier run has computed are not computed again.
+    let done: Vec<u8> = results.iter().map(|r| u8::from(study.is_some() && r.is_some())).collect();
+    let done = world.broadcast(done);
+    groups.retain(|(_, members)| members.iter().any(|&i| done[i] == 0));
     let folder = cycles::folder(&run.options.output);
     let wanted = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
     let mut followed = wanted.map(|w| (w, All::of(plan, w)));
@@ -71,9 +95,14 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     // cycles are shared model by model.
     let together = if followed.is_some() { 1 } else { world.size };
     for (round, batch) in groups.chunks(together).enumerate() {
-        let planned: Vec<(usize, usize)> =
-            batch.iter().enumerate().flat_map(|(m, (_, members))| members.iter().map(move |&i| (m, i))).collect();
-        let mine = share(&planned, batch.len(), world);
+        let planned: Vec<(usize, usize)> = batch
+            .iter()
+            .enumerate()
+            .flat_map(|(m, (_, members))| members.iter().filter(|&&i| done[i] == 0).map(move |&i| (m, i)))
+            .collect();
+        // Points of a study are kept on the disk block by block.
+        let block = if study.is_some() { BLOCK * world.size } else { planned.len() };
+        let blocks: Vec<_> = planned.chunks(block.max(1)).map(|part| share(part, batch.len(), world)).collect();
         let mut models = Vec::with_capacity(batch.len());
         for (number, (inputs, members)) in batch.iter().enumerate() {
             let made = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {
@@ -98,23 +127,35 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
                 bands_of((SOUND, sound), bodies, modes)?;
             }
             // A rank keeps the models of its own points alone.
-            let needed = followed.is_some() || mine.iter().any(|&(m, _)| m == number);
+            let needed = followed.is_some() || blocks.iter().flatten().any(|&(m, _)| m == number);
             models.push(needed.then_some(made));
         }
         run.progress.stage("points of the sweep");
-        let mut solved = Packed::default();
-        for (done, &(m, i)) in mine.iter().enumerate().take_while(|_| !run.stop.signalled()) {
-            if let Some((model, _)) = &mut models[m] {
-                let found = point_of(&points, i).and_then(|point| solve(model, point));
-                solved.push(i, &found.unwrap_or_else(|e| Outcome::failed(&e)));
+        let mut begun = 0;
+        for mine in &blocks {
+            let mut solved = Packed::default();
+            for &(m, i) in mine.iter().take_while(|_| !run.stop.signalled()) {
+                begun += 1;
+                if let Some((model, _)) = &mut models[m] {
+                    let found = point_of(&points, i).and_then(|point| match &study {
+                        Some(study) => study.solve(model, (&points, &batch[m].1), i),
+                        None => solve(model, point),
+                    });
+                    solved.push(i, &found.unwrap_or_else(|e| Outcome::failed(&e)));
+                }
+                let all = blocks.iter().map(Vec::len).sum::<usize>();
+                run.progress.step("points", begun * planned.len() / all.max(1), planned.len());
             }
-            run.progress.step("points", (done + 1) * planned.len() / mine.len(), planned.len());
+            let (numbers, text) = (world.gather(&solved.numbers), world.gather(&solved.text));
+            world.on_root(|| {
+                let packed = Packed { numbers, text };
+                packed.unpack(&mut results)?;
+                kept.iter_mut().flatten().try_for_each(|kept| kept.add(&packed, &points))
+            })?;
+            if run.stop.wanted(world) {
+                return Err(Error::Stopped(stopped(study.is_some(), &run.options.output)));
+            }
         }
-        if run.stop.wanted(world) {
-            return Err(Error::Stopped("stopped on request among the points of the sweep, which are not kept".into()));
-        }
-        let (numbers, text) = (world.gather(&solved.numbers), world.gather(&solved.text));
-        world.on_root(|| Packed { numbers, text }.unpack(&mut results))?;
         if let (Some((wanted, found)), [Some((model, sources))]) = (&mut followed, &mut models[..]) {
             let chains = cycles::chains(plan, wanted, &batch[0].1);
             // Where every state of rest of the model is stable nothing is followed, and nothing is heard.
@@ -150,6 +191,10 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             .into_iter()
             .map(|r| r.ok_or_else(|| Error::Defect("a point of the sweep was not computed".into())))
             .collect::<Result<_>>()?;
+        if let Some(study) = &study {
+            run.file.tables(study.report(plan, &all, models, &mut run.summary)?);
+            return Ok(());
+        }
         run.file.tables(tables(plan, &all, own));
         if let Some(e) = own {
             let text =
@@ -160,7 +205,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             run.file.tables(cycles::report(plan, wanted, &all, found, &mut run.summary));
         }
         let kind = if job.by_matrices() { "reduced" } else { "finite-element" };
-        summarise(plan, &all, groups.len(), kind, &mut run.summary);
+        summarise(plan, &all, models, kind, &mut run.summary);
         Ok(())
     })?;
     Ok(())
@@ -200,11 +245,12 @@ fn point_of(points: &[Option<Job>], i: usize) -> Result<&Job> {
 /// The points by the finite elements they need, in the order of their first points.
 fn groups(points: &[Option<Job>]) -> Vec<(serde_json::Value, Vec<usize>)> {
     let mut groups: Vec<(serde_json::Value, Vec<usize>)> = Vec::new();
+    let mut known: HashMap<String, usize> = HashMap::new();
     for (i, point) in points.iter().enumerate() {
         let Some(point) = point else { continue };
         let inputs = fe_inputs(point);
-        // Neighbouring points mostly share them.
-        match groups.iter_mut().rev().find(|g| g.0 == inputs) {
+        let group = *known.entry(inputs.to_string()).or_insert(groups.len());
+        match groups.get_mut(group) {
             Some(group) => group.1.push(i),
             None => groups.push((inputs, vec![i])),
         }
@@ -261,8 +307,28 @@ fn build<'p>(
     Ok((model, bodies, found))
 }
 
+/// What is said where the run is stopped among the points.
+fn stopped(is_kept: bool, output: &std::path::Path) -> String {
+    match is_kept {
+        false => "stopped on request among the points of the sweep, which are not kept".into(),
+        true => format!(
+            "stopped on request among the samples; those that are done are kept in {}, and the same run takes them up",
+            kept::folder(output).display()
+        ),
+    }
+}
+
 /// Stability at one point, on this rank alone.
 fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
+    solve_with(model, point, |e: &Examined| e.eigenvalues()).map(|(outcome, _)| outcome)
+}
+
+/// The same with what was found.
+fn solve_with(
+    model: &mut SharedModel,
+    point: &Job,
+    examine: impl Fn(&Examined) -> Result<Found>,
+) -> Result<(Outcome, Found)> {
     let (Some(wanted), Some(contact)) = (&point.analyses.stability, &point.contact) else {
         return Err(Error::Defect("a point of a sweep without contact or stability".into()));
     };
@@ -273,7 +339,7 @@ fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
         None => model.interface.clone(),
     };
     let model = (&interface, model.pair(point)?);
-    let found = Examined { job: point, stability: wanted, contact, model }.eigenvalues()?;
+    let found = examine(&Examined { job: point, stability: wanted, contact, model })?;
     let (spectrum, linear) = (&found.spectrum, &found.contact);
     let state = found.state.as_ref();
     let force = match (state, given_forces(contact)) {
@@ -285,7 +351,7 @@ fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
         }
         (None, None) => [0.0; 3],
     };
-    Ok(Outcome {
+    let outcome = Outcome {
         status: 0,
         message: String::new(),
         eigenvalues: spectrum.eigenpairs.iter().map(|p| p.value).collect(),
@@ -295,5 +361,7 @@ fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
         reversed: state.map_or(0, |s| s.reversed),
         force,
         approach: state.map_or(f64::NAN, |s| s.approach),
-    })
+        followed: Vec::new(),
+    };
+    Ok((outcome, found))
 }

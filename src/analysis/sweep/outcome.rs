@@ -1,7 +1,7 @@
 //! Results of the points of a sweep: transfer to rank 0 and summary.
 
 use crate::job::SweepPlan;
-use crate::output::datasets::sweep::Outcome;
+use crate::output::datasets::sweep::{Followed, Outcome};
 use crate::stability::oscillates;
 use crate::summary::Summary;
 use crate::{Error, Result};
@@ -15,7 +15,9 @@ pub(super) struct Packed {
 }
 
 /// Numbers of an outcome before its eigenvalues.
-const HEAD: usize = 12;
+const HEAD: usize = 13;
+/// Numbers of a mode that is followed.
+const FOLLOWED: usize = 4;
 
 impl Packed {
     /// Adds the outcome of a point.
@@ -23,8 +25,10 @@ impl Packed {
         let counts = [index, o.status as usize, o.closed, o.reversed, o.message.len(), o.eigenvalues.len(), o.sticking];
         self.numbers.extend(counts.map(|n| n as f64));
         self.numbers.extend(o.force);
-        self.numbers.extend([o.approach, o.backward_error]);
+        self.numbers.extend([o.approach, o.backward_error, o.followed.len() as f64]);
         self.numbers.extend(o.eigenvalues.iter().flat_map(|l| [l.re, l.im]));
+        let mode = |f: &Followed| f.mode.map_or(-1.0, |m| m as f64);
+        self.numbers.extend(o.followed.iter().flat_map(|f| [mode(f), f.value.re, f.value.im, f.agreement]));
         self.text.extend(o.message.as_bytes());
     }
 
@@ -36,6 +40,7 @@ impl Packed {
             let (head, rest) = numbers.split_at_checked(HEAD).ok_or_else(torn)?;
             let count = |k: usize| head[k] as usize;
             let (values, rest) = rest.split_at_checked(2 * count(5)).ok_or_else(torn)?;
+            let (followed, rest) = rest.split_at_checked(FOLLOWED * count(12)).ok_or_else(torn)?;
             let (message, after) = text.split_at_checked(count(4)).ok_or_else(torn)?;
             (numbers, text) = (rest, after);
             *into.get_mut(count(0)).ok_or_else(torn)? = Some(Outcome {
@@ -48,6 +53,14 @@ impl Packed {
                 reversed: count(3),
                 force: [head[7], head[8], head[9]],
                 approach: head[10],
+                followed: followed
+                    .chunks_exact(FOLLOWED)
+                    .map(|f| Followed {
+                        mode: (f[0] >= 0.0).then_some(f[0] as usize),
+                        value: Complex::new(f[1], f[2]),
+                        agreement: f[3],
+                    })
+                    .collect(),
             });
         }
         Ok(())

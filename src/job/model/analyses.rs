@@ -8,6 +8,7 @@ use serde_json::Value;
 use super::super::branches::Branches;
 use super::super::cycles::Cycles;
 use super::super::transient::Transient;
+use super::uncertainty::Uncertainty;
 
 /// The analyses; those given are run, in this order.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -41,12 +42,15 @@ pub struct Analyses {
     /// Stability at many values of keys of the job.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sweep: Option<Sweep>,
+    /// Probability of squeal where keys of the job are uncertain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub uncertainty: Option<Uncertainty>,
 }
 
 impl Analyses {
     /// The analyses given that work on the contact of two bodies, by name; each needs their compliance.
     pub fn on_contact(&self) -> Vec<&'static str> {
-        self.names().into_iter().filter(|n| !["modes", "curving", "sweep"].contains(n)).collect()
+        self.names().into_iter().filter(|n| !["modes", "curving", "sweep", "uncertainty"].contains(n)).collect()
     }
 
     /// Names of the analyses that are given, in the order in which they run.
@@ -61,6 +65,7 @@ impl Analyses {
             ("transient", self.transient.is_some()),
             ("cycles", self.cycles.is_some()),
             ("sweep", self.sweep.is_some()),
+            ("uncertainty", self.uncertainty.is_some()),
         ];
         given.into_iter().filter(|(_, is)| *is).map(|(name, _)| name).collect()
     }

@@ -27,6 +27,9 @@ pub struct Body {
     /// the upper body of a `contact.placement` that is swept from a section or is a mesh file that turns.
     #[serde(default)]
     pub damping: Damping,
+    /// Measured frequencies and damping of modes, in place of computed ones.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modes: Option<super::GivenModes>,
     /// Names of the boundary groups that are clamped; none: the body is free. The built-in cylinder has the groups
     /// `inner`, `outer`, `contact`, `side_minus`, `side_plus`. Case matters, but for the groups of `.inp` files.
     #[serde(default)]

@@ -7,11 +7,13 @@ mod body;
 mod contact;
 mod curving;
 mod matrices;
+mod measured;
 mod placement;
 mod rail;
 mod roughness;
 mod support;
 mod swept;
+mod uncertainty;
 mod wheel;
 
 use schemars::JsonSchema;
@@ -29,11 +31,13 @@ pub use body::*;
 pub use contact::*;
 pub use curving::*;
 pub use matrices::*;
+pub use measured::*;
 pub use placement::*;
 pub use rail::*;
 pub use roughness::*;
 pub use support::*;
 pub use swept::*;
+pub use uncertainty::*;
 pub use wheel::*;
 
 /// A railsqueal job: bodies, their contact, and the analyses to run. SI units throughout.
@@ -73,7 +77,7 @@ pub struct Job {
     /// Selection of output files and datasets.
     #[serde(default)]
     pub output: Output,
-    /// The points of `analyses.sweep`, made when the job is read.
+    /// The points of `analyses.sweep` or `analyses.uncertainty`, made when the job is read.
     #[serde(skip)]
     pub sweep: Option<SweepPlan>,
     /// Defaults that have changed since the format the job is written for and that it takes up, one line each, made

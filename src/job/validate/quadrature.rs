@@ -16,7 +16,7 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
         ));
     }
     for name in job.analyses.names() {
-        if ["stability", "creep_curve", "receptance", "sweep"].contains(&name) {
+        if ["stability", "creep_curve", "receptance", "sweep", "uncertainty"].contains(&name) {
             faults.push(format!(
                 "{key}, which analyses.{name} does not know; expected \"nodal\", or leave analyses.{name} out"
             ));

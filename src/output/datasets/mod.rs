@@ -14,3 +14,4 @@ pub mod record;
 pub mod reduced;
 pub mod stability;
 pub mod sweep;
+pub mod uncertainty;

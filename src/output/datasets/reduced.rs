@@ -265,7 +265,17 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
         };
         let names = names(reader, &path)?;
         let rows = Some(contact_modes);
-        modes.push(TraceModes { omega, residual, reach, rows, damping, springs, rotation, names });
+        modes.push(TraceModes {
+            omega,
+            residual,
+            reach,
+            rows,
+            damping,
+            springs,
+            rotation,
+            names,
+            ..TraceModes::default()
+        });
     }
     let residual = |i: usize| modes[i.min(modes.len() - 1)].residual.clone();
     let origin = Origin { alike, residual: [residual(0), residual(1)] };

@@ -7,6 +7,17 @@ use crate::stability::grows;
 use crate::Error;
 use num_complex::Complex;
 
+/// A mode of the job's own point at another point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Followed {
+    /// Its number among those that are followed; none of a motion that grows and is none of them.
+    pub mode: Option<usize>,
+    /// Its eigenvalue here, 1/s.
+    pub value: Complex<f64>,
+    /// Modal assurance criterion of the two shapes.
+    pub agreement: f64,
+}
+
 /// Outcome of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
@@ -28,6 +39,8 @@ pub struct Outcome {
     pub force: [f64; 3],
     /// m; NaN where there is none.
     pub approach: f64,
+    /// Modes that are followed from the job's own point, where they are.
+    pub followed: Vec<Followed>,
 }
 
 impl Outcome {
@@ -43,6 +56,7 @@ impl Outcome {
             reversed: 0,
             force: [f64::NAN; 3],
             approach: f64::NAN,
+            followed: Vec::new(),
         }
     }
 

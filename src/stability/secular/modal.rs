@@ -218,6 +218,11 @@ impl Modes {
         KNOWN.with_borrow(Clone::clone)
     }
 
+    /// Takes `modes` for those of the last state.
+    pub fn know(modes: Option<Rc<Self>>) {
+        KNOWN.set(modes);
+    }
+
     /// Angle up to which [`poles`](Self::poles) are.
     pub fn within(&self) -> f64 {
         self.of.within

@@ -1,0 +1,138 @@
+"""Uncertain squeal: probability by mode, growth rates, Sobol' indices, and the samples over the inputs."""
+
+import textwrap
+from pathlib import Path
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.lines import Line2D
+
+from ..result import Floats, Result
+from ..uncertainty import Uncertainty, named
+from .style import BLUE, GREY, ORANGE, RED, Canvas, heading, legend
+
+# Modes with a line of their own.
+MODES = 12
+
+
+def pictures(result: Result, canvas: Canvas) -> list[Path]:
+    if not Uncertainty.present(result):
+        return []
+    table = Uncertainty.of(result)
+    made = probabilities(result, table, canvas) + growth_rates(result, table, canvas)
+    if table.first is not None:
+        made += tornado(result, table, canvas)
+    return made + scatter(result, table, canvas)
+
+
+def short(name: str) -> str:
+    """The name of a mode on two lines."""
+    return name.replace(", ", "\n", 1)
+
+
+def probabilities(result: Result, table: Uncertainty, canvas: Canvas) -> list[Path]:
+    """Probability that each mode is unstable, with its interval."""
+    modes = (table.squealing or list(range(len(table.modes))))[:MODES]
+    values = [table.probability, *(table.mode_probability[m] for m in modes)]
+    ends = np.array([table.interval, *(table.mode_interval[m] for m in modes)])
+    names = ["any mode", *(short(table.modes[m]) for m in modes)]
+    if table.other > 0:
+        values.append(table.other)
+        ends = np.vstack([ends, [np.nan, np.nan]])
+        names.append("other motions")
+    figure, axes = plt.subplots(figsize=(7.2, 1.4 + 0.5 * len(values)), layout="constrained")
+    places = np.arange(len(values))
+    axes.barh(places, values, color=[RED, *[ORANGE] * (len(values) - 1)], height=0.6)
+    wide = np.abs(ends.T - np.array(values))
+    axes.errorbar(values, places, xerr=wide, fmt="none", color="black", capsize=3, linewidth=1.2)
+    axes.set_yticks(places, names, fontsize=8)
+    axes.invert_yaxis()
+    axes.set_xlim(0, min(1.0, 1.1 * max(np.nanmax(ends), max(values), 0.05)))
+    axes.set_xlabel(f"probability of instability, with {100 * table.confidence:.0f} % intervals")
+    axes.set_title(f"{heading(result)}probability of squeal by mode, {table.samples} samples")
+    return canvas.save(figure, "uncertainty-probability")
+
+
+def growth_rates(result: Result, table: Uncertainty, canvas: Canvas) -> list[Path]:
+    """Distribution functions of the growth rates of the largest and of each mode."""
+    figure, axes = plt.subplots(figsize=(7.2, 4.6), layout="constrained")
+    at = table.random
+
+    def line(values: Floats, label: str, **look: Any) -> None:
+        known = np.sort(values[np.isfinite(values)])
+        if len(known):
+            axes.step(known, np.arange(1, len(known) + 1) / len(known), where="post", label=label, **look)
+
+    line(table.growth_rate[at], "largest growth rate", color="black", linewidth=2.2)
+    colours = plt.get_cmap("viridis")
+    modes = (table.squealing or list(range(len(table.modes))))[:6]
+    for k, m in enumerate(modes):
+        line(table.mode_growth[at, m], table.modes[m], color=colours(k / max(len(modes) - 1, 1) * 0.9))
+    axes.axvline(0, color=GREY, linewidth=1, linestyle=":")
+    shown = np.concatenate([table.quantiles, table.mode_quantiles[modes].ravel()])
+    shown = shown[np.isfinite(shown)]
+    if len(shown):
+        margin = 0.05 * max(np.ptp(shown), 1e-9)
+        axes.set_xlim(shown.min() - margin, shown.max() + margin)
+    axes.set_ylim(0, 1)
+    axes.set_xlabel("growth rate σ / (1/s); unstable to the right of 0")
+    axes.set_ylabel("share of the samples up to it")
+    axes.set_title(f"{heading(result)}distribution of growth rates")
+    legend(figure, [axes], columns=2)
+    return canvas.save(figure, "uncertainty-growth")
+
+
+def tornado(result: Result, table: Uncertainty, canvas: Canvas) -> list[Path]:
+    """First-order and total Sobol' indices, the largest at the top."""
+    assert table.first is not None and table.total is not None
+    assert table.first_interval is not None and table.total_interval is not None
+    order = np.argsort(-table.total, kind="stable")
+    labels = [named(result, table.keys[k]).name for k in order]
+    figure, axes = plt.subplots(figsize=(7.2, 1.6 + 0.7 * len(order)), layout="constrained")
+    places = np.arange(len(order))
+    for values, ends, shift, colour, label in (
+        (table.first, table.first_interval, -0.19, BLUE, "by itself (first order)"),
+        (table.total, table.total_interval, 0.19, ORANGE, "with all interactions (total)"),
+    ):
+        axes.barh(places + shift, values[order], height=0.36, color=colour, label=label)
+        wide = np.abs(ends[order].T - values[order])
+        axes.errorbar(values[order], places + shift, xerr=wide, fmt="none", color="black", capsize=3, linewidth=1.2)
+    axes.set_yticks(places, [textwrap.fill(label, 32) for label in labels])
+    axes.invert_yaxis()
+    axes.axvline(0, color=GREY, linewidth=1)
+    axes.set_xlabel("share of the variance of the largest growth rate (Sobol' index)")
+    axes.set_title(f"{heading(result)}influence of the inputs")
+    legend(figure, [axes])
+    return canvas.save(figure, "uncertainty-indices")
+
+
+def scatter(result: Result, table: Uncertainty, canvas: Canvas) -> list[Path]:
+    """Largest growth rate of the random samples over each input."""
+    count = len(table.keys)
+    columns = min(count, 3)
+    rows = -(-count // columns)
+    figure, grid = plt.subplots(
+        rows, columns, figsize=(1.2 + 3.2 * columns, 1 + 2.8 * rows), sharey=True, squeeze=False, layout="constrained"
+    )
+    at = table.random
+    growth, grows = table.growth_rate[at], table.unstable[at] > 0
+    for k, axes in enumerate(grid.flat):
+        if k >= count:
+            axes.axis("off")
+            continue
+        found = named(result, table.keys[k])
+        x = found.factor * table.values[table.keys[k]][at]
+        axes.plot(x[~grows], growth[~grows], ".", color=BLUE, markersize=4)
+        axes.plot(x[grows], growth[grows], ".", color=RED, markersize=4)
+        axes.axhline(0, color=GREY, linewidth=1, linestyle=":")
+        axes.set_xlabel(textwrap.fill(found.axis, 34))
+    low, high = np.nanquantile(growth, [0.01, 1.0]) if len(growth) else (-1.0, 1.0)
+    margin = 0.05 * max(float(high - low), 1e-9)
+    grid[0, 0].set_ylim(low - margin, high + margin)
+    for axes in grid[:, 0]:
+        axes.set_ylabel("largest growth rate σ / (1/s)")
+    figure.suptitle(f"{heading(result)}samples over the inputs", fontsize=10)
+    dots = [(RED, "unstable"), (BLUE, "stable")]
+    legend(figure, [], [Line2D([], [], linestyle="none", marker="o", markersize=4, color=c, label=t) for c, t in dots])
+    return canvas.save(figure, "uncertainty-scatter")

@@ -1,0 +1,403 @@
+//! The points of `analyses.uncertainty`: modes followed from the job's own point by their shapes, and what the samples
+//! say of them.
+
+use super::{goes_on, point_of, solve_with, Base};
+use crate::analysis::stability::mode_name;
+use crate::case::examined::{Examined, Found};
+use crate::job::{Job, SweepPlan, Uncertainty};
+use crate::model::{ModalPair, SharedModel};
+use crate::output::datasets::sweep::{Followed, Outcome};
+use crate::output::datasets::uncertainty::{tables, ModeOf, Study as Report};
+use crate::output::Table;
+use crate::parallel::World;
+use crate::random::indices::indices;
+use crate::random::interval::{quantile, share};
+use crate::stability::reduced::{shares, Eigenpair};
+use crate::stability::secular::State;
+use crate::stability::{grows, is_rigid};
+use crate::summary::Summary;
+use crate::{Error, Result};
+use num_complex::Complex;
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::f64::consts::PI;
+
+type C = Complex<f64>;
+
+/// Modes of the job's own point that are followed: the least damped ones.
+const FOLLOWED: usize = 100;
+/// Part of its frequency by which that of a mode may change from the job's own point to a sample.
+const NEAR: f64 = 0.2;
+/// Modal assurance criterion from which on a motion is a mode that is followed.
+const ALIKE: f64 = 0.5;
+/// Modes that are told of at least, where fewer are unstable in samples.
+const TOLD: usize = 3;
+/// Probabilities of the quantiles of growth rates.
+pub(super) const LEVELS: [f64; 7] = [0.01, 0.05, 0.25, 0.5, 0.75, 0.95, 0.99];
+
+/// A mode of the job's own point.
+#[derive(Debug, Clone)]
+struct Reference {
+    value: C,
+    /// Amplitudes of the free modes of both bodies, of norm 1, `[m]`.
+    modal: Vec<C>,
+    /// Its frequency and what it consists of; on rank 0.
+    name: String,
+}
+
+/// The study on every rank.
+pub(super) struct Study<'a> {
+    wanted: &'a Uncertainty,
+    references: Vec<Reference>,
+    /// Free modes of the lower body.
+    lower: usize,
+    /// What is known at the first point of each model, where the others begin.
+    begun: RefCell<HashMap<usize, State>>,
+}
+
+impl<'a> Study<'a> {
+    /// Collective: the study of `job`, if it has one, with the modes of its own point.
+    pub(super) fn of(
+        world: &World,
+        job: &'a Job,
+        (base, own): (Option<&Base<'_, '_>>, Option<&Error>),
+    ) -> Result<Option<Self>> {
+        let Some(wanted) = &job.analyses.uncertainty else { return Ok(None) };
+        if let Some(e) = own {
+            return Err(e
+                .clone()
+                .context("analyses.uncertainty: modes are followed from the job's own point, which failed"));
+        }
+        let missing = || Error::Defect("analyses.uncertainty without the stability of the job".into());
+        let found = world.on_root(|| {
+            let base = base.ok_or_else(missing)?;
+            let (found, model) = (base.found.ok_or_else(missing)?, base.model.root()?);
+            Ok((references(&found.spectrum.eigenpairs, &model.pair), model.pair.lower_modes))
+        })?;
+        let (all, lower) = found.unwrap_or_default();
+        let numbers = all.iter().flat_map(|r| [r.value].into_iter().chain(r.modal.iter().copied()));
+        let numbers = world.broadcast(numbers.flat_map(|z| [z.re, z.im]).collect::<Vec<f64>>());
+        let sizes = world.broadcast(vec![all.len() as u64, lower as u64]);
+        let [count, lower] = [0, 1].map(|k| sizes.get(k).map_or(0, |&n| n as usize));
+        let references = match world.is_root() {
+            true => all,
+            false => numbers
+                .chunks_exact((numbers.len() / count.max(1)).max(2))
+                .map(|row| {
+                    let mut values = row.chunks_exact(2).map(|z| C::new(z[0], z[1]));
+                    let value = values.next().unwrap_or_default();
+                    Reference { value, modal: values.collect(), name: String::new() }
+                })
+                .collect(),
+        };
+        Ok(Some(Self { wanted, references, lower, begun: RefCell::default() }))
+    }
+
+    /// What the samples rest on beside their jobs.
+    pub(super) fn identity(&self) -> Vec<u8> {
+        let all = self.references.iter().flat_map(|r| [r.value].into_iter().chain(r.modal.iter().copied()));
+        all.flat_map(|z| [z.re.to_le_bytes(), z.im.to_le_bytes()].concat()).collect()
+    }
+
+    /// The point `i` among the `members` that share a `model`. Every one begins from what the first of them left, so
+    /// that it does not depend on which points this rank has computed before.
+    pub(super) fn solve(
+        &self,
+        model: &mut SharedModel,
+        (points, members): (&[Option<Job>], &[usize]),
+        i: usize,
+    ) -> Result<Outcome> {
+        let first = members.first().copied().unwrap_or(i);
+        let begun = self.begun.borrow().get(&first).cloned();
+        match begun {
+            Some(state) => state.begin(),
+            None => {
+                State::default().begin();
+                model.renew();
+                let solved = point_of(points, first).and_then(|point| self.at(model, point));
+                self.begun.borrow_mut().insert(first, State::present());
+                match solved {
+                    solved if first == i => return solved,
+                    Err(e) if !goes_on(&e) => return Err(e),
+                    _ => {}
+                }
+            }
+        }
+        self.at(model, point_of(points, i)?)
+    }
+
+    fn at(&self, model: &mut SharedModel, point: &Job) -> Result<Outcome> {
+        let (mut outcome, found) = solve_with(model, point, |e: &Examined| e.analyse())?;
+        outcome.followed = self.followed(&found, model.lower_modes());
+        // The rest of some hundred eigenvalues is no longer needed.
+        outcome.eigenvalues.truncate(outcome.unstable().max(1));
+        Ok(outcome)
+    }
+
+    /// The modes that are followed among those of a sample on `lower` free modes of the lower body, each by the motion
+    /// nearest to it in shape; and what grows beside them.
+    fn followed(&self, found: &Found, lower: usize) -> Vec<Followed> {
+        let motions: Vec<&Eigenpair> = found.spectrum.eigenpairs.iter().filter(|e| oscillates(e)).collect();
+        let mut alike: Vec<(f64, usize, usize)> = Vec::new();
+        let mut best = vec![0.0f64; motions.len()];
+        for (k, motion) in motions.iter().enumerate() {
+            let norm = motion.modal.iter().map(C::norm_sqr).sum::<f64>().sqrt();
+            for (r, reference) in self.references.iter().enumerate() {
+                let apart = (motion.value.im - reference.value.im).abs();
+                if apart > NEAR * reference.value.im || norm == 0.0 {
+                    continue;
+                }
+                let mac = product(&reference.modal, self.lower, &motion.modal, lower).norm_sqr() / (norm * norm);
+                best[k] = best[k].max(mac);
+                if mac >= ALIKE {
+                    alike.push((mac, r, k));
+                }
+            }
+        }
+        alike.sort_by(|a, b| b.0.total_cmp(&a.0).then((a.1, a.2).cmp(&(b.1, b.2))));
+        let (mut of, mut taken) = (vec![None; self.references.len()], vec![false; motions.len()]);
+        for (mac, r, k) in alike {
+            if of[r].is_none() && !taken[k] {
+                of[r] = Some((mac, k));
+                taken[k] = true;
+            }
+        }
+        let known = of.iter().enumerate().filter_map(|(r, found)| {
+            let (agreement, k) = (*found)?;
+            Some(Followed { mode: Some(r), value: motions[k].value, agreement })
+        });
+        let mut all: Vec<Followed> = known.collect();
+        let grown = found.spectrum.eigenpairs.iter().filter(|e| grows(e.value, e.backward_error));
+        for e in grown {
+            match motions.iter().position(|m| std::ptr::eq(*m, e)) {
+                Some(k) if taken[k] => {}
+                place => {
+                    let agreement = place.map_or(0.0, |k| best[k]);
+                    all.push(Followed { mode: None, value: e.value, agreement });
+                }
+            }
+        }
+        all
+    }
+
+    /// On rank 0: the tables, and what the summary says.
+    pub(super) fn report(
+        &self,
+        plan: &SweepPlan,
+        all: &[Outcome],
+        models: usize,
+        summary: &mut Summary,
+    ) -> Result<Vec<Table>> {
+        let report = self.evaluated(plan, all);
+        say(&report, (plan, all), models, self.wanted, summary);
+        Ok(tables(plan, all, &report))
+    }
+
+    /// What the samples say.
+    fn evaluated(&self, plan: &SweepPlan, all: &[Outcome]) -> Report {
+        let wanted = self.wanted;
+        let (each, random) = (wanted.points_per_sample(), wanted.random_per_sample());
+        let (replicates, confidence) = (wanted.replicates(), wanted.confidence);
+        let samples: Vec<usize> = (0..all.len()).filter(|i| i % each < random).collect();
+        let chance = |of: &dyn Fn(&Outcome) -> bool| {
+            let hits: Vec<Option<bool>> = samples.iter().map(|&i| (all[i].status == 0).then(|| of(&all[i]))).collect();
+            let (share, interval, method) = share(&hits, replicates, confidence);
+            (share, interval, method)
+        };
+        let quantiles = |mut values: Vec<f64>| {
+            values.sort_by(f64::total_cmp);
+            LEVELS.map(|p| quantile(&values, p))
+        };
+        let (any, any_interval, method) = chance(&|o| o.unstable() > 0);
+        let unstable =
+            |o: &Outcome, r: usize| o.followed.iter().any(|f| f.mode == Some(r) && grows(f.value, o.backward_error));
+        let mut modes: Vec<ModeOf> = Vec::new();
+        for (r, reference) in self.references.iter().enumerate() {
+            let (probability, interval, method) = chance(&|o| unstable(o, r));
+            let at = |i: usize| all[i].followed.iter().find(|f| f.mode == Some(r));
+            let found: Vec<&Followed> = samples.iter().filter_map(|&i| at(i)).collect();
+            modes.push(ModeOf {
+                name: reference.name.clone(),
+                own: reference.value,
+                probability,
+                interval,
+                method,
+                found: found.len() as f64 / samples.len() as f64,
+                agreement: found.iter().map(|f| f.agreement).fold(f64::NAN, f64::min),
+                quantiles: quantiles(found.iter().map(|f| f.value.re).collect()),
+                values: (0..all.len()).map(|i| at(i).map(|f| f.value)).collect(),
+            });
+        }
+        let own = |m: &ModeOf| m.own.re;
+        modes.sort_by(|a, b| b.probability.total_cmp(&a.probability).then(own(b).total_cmp(&own(a))));
+        let told = modes.iter().filter(|m| m.probability > 0.0).count().max(TOLD).min(modes.len());
+        modes.truncate(told);
+        let (other, other_interval, _) = chance(&|o| o.followed.iter().any(|f| f.mode.is_none()));
+        let growth = |o: &Outcome| o.eigenvalues.first().map_or(f64::NAN, |l| l.re);
+        let rows: Vec<Vec<f64>> = match wanted.wants_indices() {
+            false => Vec::new(),
+            true => all
+                .chunks(each)
+                .map(|row| row.iter().map(|o| if o.status == 0 { growth(o) } else { f64::NAN }).collect())
+                .filter(|row: &Vec<f64>| row.iter().all(|f| f.is_finite()))
+                .collect(),
+        };
+        let computed = samples.iter().filter(|&&i| all[i].status == 0);
+        Report {
+            keys: plan.keys.clone(),
+            parts: (0..all.len()).map(|i| i % each).collect(),
+            samples: samples.len(),
+            failed: samples.iter().filter(|&&i| all[i].status != 0).count(),
+            probability: any,
+            interval: any_interval,
+            method,
+            other,
+            other_interval,
+            confidence,
+            levels: LEVELS.to_vec(),
+            quantiles: quantiles(computed.map(|&i| growth(&all[i])).collect()),
+            modes,
+            indices: indices(&rows, confidence, wanted.seed).unwrap_or_default(),
+            index_rows: rows.len(),
+        }
+    }
+}
+
+/// Whether a motion oscillates, with Im λ > 0.
+fn oscillates(e: &Eigenpair) -> bool {
+    e.value.im > 1e-6 * e.value.norm() && !is_rigid(e.value)
+}
+
+/// The least damped of the `pairs` that oscillate, of bodies with the modes of `model`.
+fn references(pairs: &[Eigenpair], model: &ModalPair) -> Vec<Reference> {
+    let mut all: Vec<&Eigenpair> = pairs.iter().filter(|e| oscillates(e)).collect();
+    all.sort_by(|a, b| a.damping_ratio().total_cmp(&b.damping_ratio()));
+    let reference = |e: &Eigenpair| {
+        let norm = e.modal.iter().map(C::norm_sqr).sum::<f64>().sqrt();
+        let parts = shares(&model.omega, &e.modal, e.value);
+        let largest = (0..parts.len()).max_by(|&a, &b| parts[a].total_cmp(&parts[b]));
+        let of = largest.map_or(String::new(), |k| format!(", {}", mode_name(model, k)));
+        Reference {
+            value: e.value,
+            modal: e.modal.iter().map(|q| q / norm.max(f64::MIN_POSITIVE)).collect(),
+            name: format!("{:.0} Hz{of}", e.frequency()),
+        }
+    };
+    all.into_iter().take(FOLLOWED).map(reference).collect()
+}
+
+/// aᴴb of the amplitudes of free modes, those of the lower body first, where both bodies may have fewer modes in one
+/// of them: mass-normalised modes of the same bodies, of which the lowest ones are the same.
+fn product(a: &[C], a_lower: usize, b: &[C], b_lower: usize) -> C {
+    let part = |a: &[C], b: &[C]| a.iter().zip(b).map(|(a, b)| a.conj() * b).sum::<C>();
+    let ((a1, a2), (b1, b2)) = (a.split_at(a_lower.min(a.len())), b.split_at(b_lower.min(b.len())));
+    part(a1, b1) + part(a2, b2)
+}
+
+/// A probability with its digits that count beside half the width of its interval.
+fn with_width(p: f64, [low, high]: [f64; 2]) -> String {
+    format!("{p:.2} +- {:.2}", 0.5 * (high - low))
+}
+
+/// What the summary says of the study.
+fn say(
+    report: &Report,
+    (plan, all): (&SweepPlan, &[Outcome]),
+    models: usize,
+    wanted: &Uncertainty,
+    summary: &mut Summary,
+) {
+    let failed: Vec<usize> = (0..all.len()).filter(|&i| all[i].status != 0).collect();
+    summary.line(format!(
+        "uncertainty of {}: {} points on {models} reduced model{}, {} random samples, {} failed",
+        plan.keys.join(", "),
+        all.len(),
+        if models == 1 { "" } else { "s" },
+        report.samples,
+        failed.len()
+    ));
+    summary.line(sentence(report));
+    let percent = 100.0 * report.confidence;
+    let [low, high] = report.interval;
+    summary
+        .value("probability of squeal", format!("{percent:.0} % interval {low:.3} to {high:.3} by {}", report.way()));
+    if report.failed > 0 {
+        let [n, lost] = [report.samples, report.failed].map(|n| n as f64);
+        let yes = report.probability * (n - lost);
+        let text = format!(
+            "{:.3} to {:.3} if all {} that failed were stable or unstable",
+            yes / n,
+            (yes + lost) / n,
+            report.failed
+        );
+        summary.value("  with failed samples", text);
+    }
+    for mode in &report.modes {
+        let [low, high] = mode.interval;
+        let [_, least, _, middle, _, most, _] = mode.quantiles;
+        summary.value(
+            &format!("{:.1} Hz", mode.own.im / (2.0 * PI)),
+            format!(
+                "P {:.3}, {low:.3} to {high:.3}; growth rate {middle:+.2} 1/s, \
+                 90 % within {least:+.2} and {most:+.2}; {}",
+                mode.probability, mode.name
+            ),
+        );
+    }
+    if report.other > 0.0 {
+        summary.value("other motions", format!("P {:.3}: unlike the modes of the job's own point", report.other));
+    }
+    for (key, of) in plan.keys.iter().zip(&report.indices) {
+        let ([a, b], [c, d]) = (of.first_interval, of.total_interval);
+        let text = format!("Sobol' index {:.3}, {a:.3} to {b:.3}; total {:.3}, {c:.3} to {d:.3}", of.first, of.total);
+        summary.value(&format!("  {key}"), text);
+    }
+    let Some(&first) = failed.first() else { return };
+    let share = failed.len() as f64 / all.len() as f64;
+    let (place, why) = (plan.place(first), &all[first].message);
+    summary.value("first failed sample", format!("{place}: {why}"));
+    if share > wanted.max_failed {
+        summary.fail(Error::NotConverged(format!(
+            "{} of {} samples failed, more than analyses.uncertainty.max_failed = {} of them; the others are in the \
+             results, and /uncertainty/status and /uncertainty/message say which failed and why. The first is {place}: \
+             {why}",
+            failed.len(),
+            all.len(),
+            wanted.max_failed
+        )));
+    }
+}
+
+/// The outcome in a sentence.
+fn sentence(report: &Report) -> String {
+    let mut text = format!("P(squeal) = {}", with_width(report.probability, report.interval));
+    let by: Vec<String> = report
+        .modes
+        .iter()
+        .filter(|m| m.probability > 0.0)
+        .take(4)
+        .map(|m| format!("{:.0} Hz {:.2}", m.own.im / (2.0 * PI), m.probability))
+        .collect();
+    if !by.is_empty() {
+        text += &format!(": {}", by.join(", "));
+    }
+    let largest = report.indices.iter().zip(&report.keys).max_by(|a, b| a.0.first.total_cmp(&b.0.first));
+    if let Some((of, key)) = largest.filter(|l| l.0.first > 0.0) {
+        text += &format!("; {:.0} % of the variance of the growth rate is {key}", 100.0 * of.first.min(1.0));
+    }
+    text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Modes that one of the models has beside those of the other do not shift the rest.
+    #[test]
+    fn shapes_are_compared_body_by_body() {
+        let of = |v: &[f64]| v.iter().map(|v| C::from(*v)).collect::<Vec<C>>();
+        let (a, b) = (of(&[1.0, 2.0, 3.0, 4.0]), of(&[1.0, 3.0, 4.0, 5.0]));
+        assert_eq!(product(&a, 2, &a, 2), C::from(30.0));
+        assert_eq!(product(&a, 2, &b, 1), C::from(1.0 + 9.0 + 16.0));
+    }
+}

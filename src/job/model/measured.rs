@@ -1,0 +1,58 @@
+//! Measured modes of a body.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+/// Measured values of the modes of a body.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GivenModes {
+    /// Modes whose frequency or damping was measured on the body by itself, held as the job holds it and at rest: these
+    /// take the place of the computed ones, shapes stay. Of a body of revolution both modes of a pair are one here.
+    #[serde(default)]
+    pub measured: Vec<MeasuredMode>,
+}
+
+/// A measured mode: the computed one that it is, by `order` with `family`, by `near`, or by all of them, and what was
+/// measured.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct MeasuredMode {
+    /// Nodal diameters of the mode.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub order: Option<u32>,
+    /// Family of the mode as the summary names it, e.g. `"axial 0"`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub family: Option<String>,
+    /// Computed frequency that the mode lies within 3 % of, Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Hz"))]
+    pub near: Option<f64>,
+    /// Measured natural frequency, Hz.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "Hz"))]
+    pub frequency: Option<f64>,
+    /// Measured loss factor, in place of all damping of the mode by itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 1.0), extend("unit" = "1"))]
+    pub loss_factor: Option<f64>,
+    /// Measured damping ratio, half of a loss factor.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 0.0, max = 0.5), extend("unit" = "1"))]
+    pub damping_ratio: Option<f64>,
+}
+
+impl MeasuredMode {
+    /// The measured loss factor.
+    pub fn loss(&self) -> Option<f64> {
+        self.loss_factor.or(self.damping_ratio.map(|ratio| 2.0 * ratio))
+    }
+
+    /// What it is to be among the computed modes, in words.
+    pub fn described(&self) -> String {
+        let order = self.order.map(|n| format!("order {n}"));
+        let family = self.family.as_ref().map(|f| format!("family \"{f}\""));
+        let near = self.near.map(|f| format!("near {f} Hz"));
+        [order, family, near].into_iter().flatten().collect::<Vec<_>>().join(", ")
+    }
+}

@@ -1,0 +1,38 @@
+//! Rules of measured modes.
+
+use super::super::model::*;
+
+/// What is wrong with the measured modes of the body at `path` of `job`.
+pub(super) fn check(path: &str, body: &Body, job: &Job, faults: &mut Vec<String>) {
+    let Some(modes) = &body.modes else { return };
+    let path = format!("{path}.modes.measured");
+    let meshed = !matches!(body.mesh, None | Some(MeshSource::Extruded(_)));
+    if !meshed {
+        faults.push(format!("{path}: only for a body with a mesh of its own that is no rail; leave it out"));
+    }
+    if job.analyses.modes.is_none() {
+        faults.push(format!("analyses.modes: missing; {path} changes the computed modes"));
+    }
+    let full = job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some())
+        || job.analyses.transient.as_ref().is_some_and(|t| t.model == super::super::TransientModel::Full);
+    if full {
+        faults.push(format!(
+            "{path}: the full finite-element system has no modes to be changed; leave out one of the two"
+        ));
+    }
+    for (i, mode) in modes.measured.iter().enumerate() {
+        let mut fault = |text: &str| faults.push(format!("{path}.{i}: {text}"));
+        if mode.order.is_none() && mode.near.is_none() {
+            fault("found neither order nor near, expected one of them, which say what mode it is");
+        }
+        if mode.family.is_some() && mode.order.is_none() {
+            fault("found family without order, expected both");
+        }
+        if mode.frequency.is_none() && mode.loss().is_none() {
+            fault("found nothing measured, expected frequency, loss_factor or damping_ratio");
+        }
+        if mode.loss_factor.is_some() && mode.damping_ratio.is_some() {
+            fault("found loss_factor and damping_ratio, expected one of them");
+        }
+    }
+}

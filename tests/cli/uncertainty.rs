@@ -1,0 +1,204 @@
+//! Probability of squeal: Hultén's oscillator in closed form, the same samples on any number of ranks and after a stop,
+//! failed samples, and what is refused.
+
+use super::interrupted::{signal, start, wait_until};
+use super::program::*;
+use super::transient::open;
+use serde_json::{json, Value};
+use std::path::Path;
+
+/// Hultén's oscillator without damping, with its matrices in a folder of its own: it flutters from the friction
+/// μ_c = (ω1² − ω2²)/2 ω1 ω2 on.
+fn hulten(uncertainty: Value) -> Folder {
+    let mut job = job("hulten.json");
+    job["bodies"]["lower"]["matrices"]["damping"] = Value::Null;
+    job["analyses"]["uncertainty"] = uncertainty;
+    // Forces of the contacts act across the sliding alone, where nothing moves.
+    for point in job["contact"]["points"].as_array_mut().expect("points") {
+        point["force"] = json!(1.0);
+        point["slip_velocity"] = json!(1.0);
+    }
+    let folder = Folder::with(job.to_string());
+    std::fs::create_dir(folder.path("hulten")).expect("folder");
+    for name in ["mass", "stiffness"] {
+        let file = format!("hulten/{name}.mtx");
+        std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs").join(&file), folder.path(&file))
+            .expect("copy");
+    }
+    folder
+}
+
+const CRITICAL: f64 = (100.0 * 100.0 - 75.0 * 75.0) / (2.0 * 100.0 * 75.0);
+
+fn numbers(file: &hdf5::File, name: &str) -> Vec<f64> {
+    file.dataset(&format!("uncertainty/{name}")).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+fn texts(file: &hdf5::File, name: &str) -> Vec<String> {
+    let read = file.dataset(&format!("uncertainty/{name}")).and_then(|d| d.read_raw::<hdf5::types::VarLenUnicode>());
+    read.unwrap_or_else(|e| panic!("{name}: {e}")).iter().map(|t| t.to_string()).collect()
+}
+
+/// All numbers of the group, as they are.
+fn bits(file: &hdf5::File) -> Vec<(String, Vec<u64>)> {
+    let mut all = Vec::new();
+    for part in ["", "/modes", "/indices", "/values"] {
+        let group = file.group(&format!("uncertainty{part}")).expect("group");
+        for name in group.member_names().expect("names") {
+            let Ok(set) = group.dataset(&name) else { continue };
+            let Ok(values) = set.read_raw::<f64>() else { continue };
+            all.push((format!("{part}/{name}"), values.into_iter().map(f64::to_bits).collect()));
+        }
+    }
+    assert!(all.len() > 25, "{}", all.len());
+    all
+}
+
+/// The probability of flutter is that of a friction above the critical one; all of the variance is friction, and
+/// the quantiles of the growth rate are those of the friction, which it rises with.
+#[test]
+fn hultens_probability_in_closed_form() {
+    let friction = json!({ "uniform": { "from": 0.2, "to": 0.45 } });
+    let force = json!({ "normal": { "mean": 1.0, "deviation": 0.1 } });
+    let folder = hulten(json!({
+        "inputs": [
+            { "key": "contact.friction", "distribution": friction },
+            { "key": "contact.points.0.force", "distribution": force, "truncate": [0.5, null] }
+        ],
+        "samples": 256
+    }));
+    let ran = folder.call(1, "run", &["--output", &folder.text("one.h5")]);
+    let file = open(folder.path("one.h5"));
+    let want = (0.45 - CRITICAL) / 0.25;
+    let probability = numbers(&file, "probability")[0];
+    let [low, high] = numbers(&file, "probability_interval")[..] else { panic!("two ends") };
+    // A net of 16 points in each of 16 replicates misses the share by less than one point of each.
+    assert!((probability - want).abs() < 0.02 && low < want && want < high, "{probability} {low} {high}, {want}");
+    assert_eq!(texts(&file, "interval_method"), ["the spread of the replicates"]);
+    assert!(high - low < 0.06, "{low} {high}");
+    let said = format!("P(squeal) = {probability:.2} +- ");
+    assert!(ran.good().out.contains(&said) && ran.out.contains("of the variance of the growth rate is"), "{}", ran.out);
+    assert!(ran.out.contains("1024 points on 1 reduced model, 512 random samples, 0 failed"), "{}", ran.out);
+    // The mode that flutters at 0.4 is the same one whatever the friction.
+    let of_modes = numbers(&file, "modes/probability");
+    assert!((of_modes[0] - probability).abs() < 1e-12 && of_modes[1..].iter().all(|p| *p == 0.0), "{of_modes:?}");
+    let [first, total] = ["indices/first", "indices/total"].map(|name| numbers(&file, name));
+    assert!((first[0] - 1.0).abs() < 0.02 && (total[0] - 1.0).abs() < 0.05, "{first:?} {total:?}");
+    assert!(first[1].abs() < 0.02 && total[1].abs() < 1e-6, "{first:?} {total:?}");
+    // Growth rates at given frictions: λ² of the oscillator in closed form.
+    let (w1, w2) = (2.0 * std::f64::consts::PI * 100.0, 2.0 * std::f64::consts::PI * 75.0);
+    let growth = |mu: f64| {
+        let (sum, product) = (w1 * w1 + w2 * w2, w1 * w1 * w2 * w2 * (1.0 + mu * mu));
+        let inner = 0.25 * sum * sum - product;
+        let root = num_complex::Complex64::new(inner, 0.0).sqrt();
+        (num_complex::Complex64::new(-0.5 * sum, 0.0) + root).sqrt().re.abs()
+    };
+    let (frictions, rates) = (numbers(&file, "values/contact.friction"), numbers(&file, "growth_rate"));
+    for (mu, rate) in frictions.iter().zip(&rates) {
+        assert!((rate - growth(*mu)).abs() < 1e-3, "{mu}: {rate} and {}", growth(*mu));
+    }
+    let (levels, quantiles) = (numbers(&file, "levels"), numbers(&file, "quantiles"));
+    for (p, q) in levels.iter().zip(&quantiles).filter(|(p, _)| **p > 0.5) {
+        assert!((q - growth(0.2 + 0.25 * p)).abs() < 1.5, "{p}: {q} and {}", growth(0.2 + 0.25 * p));
+    }
+    assert!(!folder.path("one.uncertainty").exists());
+
+    folder.call(2, "run", &["--output", &folder.text("two.h5")]).good();
+    assert_eq!(bits(&open(folder.path("two.h5"))), bits(&file), "two ranks");
+}
+
+/// Lateral sliding on a coarse mesh.
+fn sliding() -> Value {
+    let mut job = small();
+    for (body, offset) in [("lower", 0.03), ("upper", 0.02)] {
+        job["bodies"][body]["mesh"]["cylinder"]["contact_offset"] = json!(offset);
+        job["bodies"][body]["damping"] = json!({ "alpha": 6.0, "beta": 1e-6 });
+    }
+    job["contact"]["creepage"] = json!({ "lateral": 0.01 });
+    let uniform = |from: f64, to: f64| json!({ "uniform": { "from": from, "to": to } });
+    job["analyses"] = json!({
+        "modes": { "count": 20 },
+        "stability": {},
+        "uncertainty": {
+            "inputs": [
+                { "key": "contact.friction", "distribution": uniform(0.1, 0.5) },
+                { "key": "contact.creepage.lateral", "distribution": uniform(0.004, 0.02) },
+                { "key": "contact.speed", "distribution": uniform(8.0, 12.0) }
+            ],
+            "samples": 16,
+            "replicates": 4
+        }
+    });
+    job["output"] = json!({ "fields": false });
+    job
+}
+
+#[test]
+fn samples_are_the_same_on_two_ranks_and_after_a_stop() {
+    let folder = Folder::with(sliding().to_string());
+    let model = folder.text("model.h5");
+    folder.call(1, "run", &["--only", "stability", "--output", &model]).good();
+    folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("one.h5")]).good();
+    let whole = open(folder.path("one.h5"));
+    assert_eq!(numbers(&whole, "growth_rate").len(), 16 * 5);
+    assert!(numbers(&whole, "growth_rate").iter().all(|g| g.is_finite()));
+    folder.call(2, "run", &["--reuse", &model, "--output", &folder.text("two.h5")]).good();
+    assert_eq!(bits(&open(folder.path("two.h5"))), bits(&whole), "two ranks");
+
+    let output = folder.text("stopped.h5");
+    let (job, kept) = (folder.text("job.json"), folder.path("stopped.uncertainty/points"));
+    let size = || std::fs::metadata(&kept).map_or(0, |m| m.len());
+    let mut child = start(std::process::Command::new(PROGRAM), &["run", &job, "--reuse", &model, "--output", &output]);
+    wait_until("a first block", &mut child, || size() > 0);
+    signal("TERM", child.id());
+    assert_eq!(child.wait().expect("end").code(), Some(5));
+    let there = size();
+    assert!(there > 0 && !folder.path("stopped.h5").exists());
+    // What was torn is computed again.
+    let file = std::fs::OpenOptions::new().write(true).open(&kept).expect("open");
+    file.set_len(there - 5).expect("cut");
+    let again = folder.call(2, "run", &["--reuse", &model, "--output", &output]);
+    assert_eq!(bits(&open(folder.path("stopped.h5"))), bits(&whole), "after a stop: {}", again.good().err);
+    assert!(!folder.path("stopped.uncertainty").exists());
+}
+
+/// Samples without a state of rest are counted and told, and too many of them end the run with exit code 4.
+#[test]
+fn failed_samples_are_counted() {
+    let mut job = sliding();
+    job["analyses"]["stability"] = json!({ "state": "sliding" });
+    let creepage = json!({ "uniform": { "from": 0.0, "to": 0.02 } });
+    job["analyses"]["uncertainty"] = json!({
+        "inputs": [{ "key": "contact.creepage.lateral", "distribution": creepage }],
+        "samples": 16, "method": "latin_hypercube", "indices": false
+    });
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &[]);
+    ran.failed(4, &["of 16 samples failed, more than analyses.uncertainty.max_failed = 0.05"]);
+    let file = open(folder.path("job.h5"));
+    let status: Vec<i32> = file.dataset("uncertainty/status").and_then(|d| d.read_raw()).expect("status");
+    let lost = status.iter().filter(|s| **s != 0).count();
+    let (creepages, messages) = (numbers(&file, "values/contact.creepage.lateral"), texts(&file, "message"));
+    assert!((1..12).contains(&lost), "{status:?}");
+    for ((status, message), creepage) in status.iter().zip(&messages).zip(&creepages) {
+        assert_eq!(*status != 0, !message.is_empty());
+        // Small creepages do not make the whole contact slide.
+        assert!(*status == 0 || *creepage < 0.012, "{creepage}: {message}");
+    }
+    assert_eq!(texts(&file, "interval_method"), ["Wilson's formula"]);
+    assert!(ran.out.contains("if all") && ran.out.contains("first failed sample"), "{}", ran.out);
+    let set = ["--force", "--set", "analyses.uncertainty.max_failed=1"];
+    folder.call(1, "run", &set).good();
+}
+
+#[test]
+fn what_cannot_be_is_refused() {
+    let friction = |law: Value| json!({ "inputs": [{ "key": "contact.friction", "distribution": law }] });
+    for (uncertainty, part) in [
+        (friction(json!({ "uniform": { "from": 0.5, "to": 0.1 } })), "expected from < to"),
+        (friction(json!({ "normal": { "mean": 0.0, "deviation": 0.1 } })), "truncate the distribution"),
+        (json!({ "inputs": [] }), "analyses.uncertainty.inputs"),
+    ] {
+        hulten(uncertainty).refused(1, &[], 2, &[part]);
+    }
+}
