@@ -4,7 +4,7 @@
 //! 1. rank 0 makes a temporary file beside the final name, with every group and every dataset of the fields, allocated
 //!    but empty, and reserves the disk space of the fields;
 //! 2. all ranks open it through MPI-IO and write their own rows; no metadata changes here, so nothing but data can
-//! fail;
+//!    fail;
 //! 3. rank 0 adds the tables (compressed where that pays), syncs, and renames the file to its final name.
 //!
 //! `docs/reference/output.md` lists what is in the file.

@@ -25,21 +25,19 @@
 //! either side; nothing is mirrored. The rail is body 1, the wheel body 2.
 //!
 //! - Creepages are (v_rail − v_wheel)/V: a driving wheel has ξ < 0, one yawed to the right η = +ψ/cos δ about, spin φ
-//! = ω sin(δ − roll)/V about.
-//!   Of CONTACT's ξ, η, φ and forces (Fx, Fs) on the rail those of the program are −ξ, η, −φ and (−Fx, Fs).
+//!   = ω sin(δ − roll)/V about. Of CONTACT's ξ, η, φ and forces (Fx, Fs) on the rail those of the program are −ξ, η,
+//!   −φ and (−Fx, Fs).
 //! - A right-hand wheel has its field side at +y, its flange at −y; a left-hand wheel has its flange at +y.
 //! - The wheel's body in lower form is its image z → −z, its rim below the plane. Its axle is (axle_x, axle_y,
-//! −axle_z) of [`Placed::axle`], which is
-//!   (ψ about, cos χ, −sin χ) with χ = δ − roll, through (y, z) = (−r sin χ, −r cos χ) with the rolling radius r; the
-//! angular velocity ω > 0
-//!   about it carries the material at the contact towards +x.
+//!   −axle_z) of [`Placed::axle`], which is (ψ about, cos χ, −sin χ) with χ = δ − roll, through (y, z) = (−r sin χ,
+//!   −r cos χ) with the rolling radius r; the angular velocity ω > 0 about it carries the material at the contact
+//!   towards +x.
 //! - Of a wheel's section with r outwards and Y to the field side, both measured from the point of contact, the point
-//! (r, Y) is at the lower-form
-//!   (y, z) = (s Y cos χ + r sin χ, r cos χ − s Y sin χ), s = +1 on the right and −1 on the left.
+//!   (r, Y) is at the lower-form (y, z) = (s Y cos χ + r sin χ, r cos χ − s Y sin χ), s = +1 on the right and −1 on
+//!   the left.
 //! - The rail's body keeps its shape, turned by δ: what is upright in the track, (0, 0, −1), is (0, −sin δ, cos δ).
 //! - Left and right are mirror images: the same wheel and rail on the other side, with shift, yaw and roll reversed,
-//! have the same ξ; η, φ, δ and the
-//!   y of the gap are reversed.
+//!   have the same ξ; η, φ, δ and the y of the gap are reversed.
 
 pub mod builtin;
 mod direction;
