@@ -28,7 +28,7 @@ const LOCATED: f64 = 1e-6;
 /// Periods that the marched cycle goes on in the steps of the equations before they take it up.
 const PERIODS: usize = 8;
 
-/// What was found.
+/// Results.
 struct Found {
     tables: Vec<Table>,
     points: Vec<Point>,
@@ -274,7 +274,7 @@ fn allowed<T>(found: Result<T>) -> Result<Option<T>> {
     }
 }
 
-/// What the summary says.
+/// Writes the lines of the summary.
 fn tell(wanted: &Branches, found: &Found, summary: &mut Summary) {
     let key = &wanted.along;
     summary.line(format!(

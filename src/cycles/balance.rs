@@ -30,7 +30,7 @@ pub struct Structure<'a> {
 }
 
 impl<'a> Structure<'a> {
-    /// Those of `model`, to [`LOSSLESS`].
+    /// Columns of `model`, to [`LOSSLESS`].
     pub fn new(model: Model<'a>) -> Result<Self> {
         let whole = model.modes.ncols();
         let [basis, mix] = factors(model.modes, whole, LOSSLESS)
@@ -55,7 +55,7 @@ pub struct Resolution {
     pub samples: usize,
 }
 
-/// What holds at one value of the key.
+/// Conditions at one value of the key.
 #[derive(Debug, Clone)]
 pub struct Conditions {
     /// Friction law, drive, solver; its step is not used.
@@ -157,7 +157,7 @@ pub struct Balance<'a, 's> {
 }
 
 impl<'a, 's> Balance<'a, 's> {
-    /// Those on `structure` under `conditions`; `unit` is what the motion is measured by, `memory` the contact that
+    /// Equations on `structure` under `conditions`; `unit` is what the motion is measured by, `memory` the contact that
     /// marches begin with.
     pub fn new(
         structure: &'s Structure<'a>,
@@ -274,7 +274,7 @@ impl<'a, 's> Balance<'a, 's> {
             q.iter_mut().zip(&moved).for_each(|(q, z)| *q += z.re);
             v.iter_mut().zip(&moved).for_each(|(v, z)| *v -= s * z.im);
             if k <= harmonics {
-                let seen = self.structure.seen(&moved);
+                let seen = self.structure.at_contact(&moved);
                 let own = |part: usize, i: usize| z[r * part + i];
                 if k == 0 {
                     lack.extend(seen.iter().enumerate().map(|(i, s)| s.re / self.unit - own(0, i)));
@@ -322,7 +322,7 @@ impl Structure<'_> {
         for n in 1..=resolution.samples {
             stepper.advance()?;
             let q: Vec<C> = stepper.state().q.iter().map(|q| C::new(*q, 0.0)).collect();
-            samples[n % resolution.samples] = self.seen(&q).iter().map(|z| z.re).collect();
+            samples[n % resolution.samples] = self.at_contact(&q).iter().map(|z| z.re).collect();
         }
         let mut z = Vec::new();
         for k in 0..=resolution.harmonics {

@@ -8,7 +8,7 @@ use super::Cycle;
 use crate::{Error, Result};
 use faer::Mat;
 
-/// What is asked of a branch.
+/// Settings of a branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Extent {
     /// Least and largest value of the key.
@@ -19,7 +19,7 @@ pub struct Extent {
     pub longest: f64,
     /// Key by which special points are located, of the length of the range.
     pub located: f64,
-    /// Whether multipliers are computed.
+    /// True if multipliers are computed.
     pub stability: bool,
 }
 
@@ -34,7 +34,7 @@ pub struct Point {
     pub cycle: Cycle,
     /// Its multipliers, where they were computed.
     pub multipliers: Option<Multipliers>,
-    /// What happens there; none of an ordinary cycle.
+    /// Kind of special point; none of an ordinary cycle.
     pub special: Option<Special>,
 }
 

@@ -10,9 +10,9 @@ use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
 use faer::Mat;
 
-/// What changes along a branch.
+/// Dependence on the key.
 pub trait Family {
-    /// What holds at the value `key`; an error where the model does not hold there, whose text ends the branch.
+    /// Conditions at the value `key`; an error where the model does not hold there, whose text ends the branch.
     fn at(&self, key: f64) -> Result<Conditions>;
 }
 
@@ -23,7 +23,7 @@ pub trait Family {
 pub struct Equations<'e, 'a> {
     /// Modes.
     pub structure: &'e Structure<'a>,
-    /// What changes with the key.
+    /// Dependence on the key of the branch.
     pub family: &'e dyn Family,
     /// Harmonics and steps.
     pub resolution: Resolution,

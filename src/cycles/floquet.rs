@@ -21,7 +21,7 @@ const SHARP: f64 = 1e-12;
 /// Floquet multipliers of a cycle.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Multipliers {
-    /// Those largest in size, one of each conjugate pair, without the one that belongs to the phase.
+    /// Largest multipliers in size, one of each conjugate pair, without the one that belongs to the phase.
     pub values: Vec<C>,
     /// The one that belongs to the phase, to be 1.
     pub phase: C,

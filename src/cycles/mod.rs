@@ -1,5 +1,6 @@
-//! Limit cycles as solutions of equations (`docs/explanation/branches.md`): branches over a key, their special points and the
-//! stability of each cycle. It knows neither PETSc nor MPI nor files: everything here is dense and runs on rank 0.
+//! Limit cycles as solutions of equations (`docs/explanation/branches.md`): branches over a key, their special points
+//! and the stability of each cycle. The room knows neither PETSc nor MPI nor files: everything is dense and runs on
+//! rank 0.
 //!
 //! The structure is linear and remembers long; the contact is not linear and forgets within the passage of its
 //! material. Unknowns are therefore H harmonics of the r functions of the modal motion that act at the contact,

@@ -52,7 +52,7 @@ impl Structure<'_> {
     }
 
     /// Cᵀ q, `[r]`.
-    pub(super) fn seen(&self, q: &[C]) -> Vec<C> {
+    pub(super) fn at_contact(&self, q: &[C]) -> Vec<C> {
         self.mix.iter().map(|mix| mix.iter().zip(q).map(|(c, q)| *q * *c).sum()).collect()
     }
 }

@@ -13,7 +13,7 @@ use std::path::Path;
 /// More points than this are a slip of the pen.
 const MAX_POINTS: usize = 200_000;
 
-/// What is wrong with the keys of `analyses.uncertainty` among each other.
+/// Faults of the keys of `analyses.uncertainty` among each other.
 pub(super) fn faults(wanted: &Uncertainty) -> Vec<String> {
     let (mut faults, n) = (Vec::new(), wanted.inputs.len());
     if n == 0 {
@@ -87,7 +87,7 @@ impl UncertainInput {
     }
 }
 
-/// Whether a key may be uncertain.
+/// True if a key may be uncertain.
 fn may_vary(segments: &[&str]) -> bool {
     matches!(segments, ["bodies" | "contact" | "curve" | "vehicle", _, ..])
 }

@@ -32,7 +32,7 @@ fn places(mode: &MeasuredMode, (omega, names): (&[f64], &[ModeName]), taken: boo
     (0..omega.len()).filter(|&k| omega[k] > 0.0 && named(k) && near(k)).collect()
 }
 
-/// Whether modes are one, or a pair of one name.
+/// True if modes are one, or a pair of one name.
 fn are_one(found: &[usize], (omega, names): (&[f64], &[ModeName])) -> bool {
     let Some(&first) = found.first() else { return false };
     let same = |k: &usize| (omega[*k] - omega[first]).abs() <= PAIR * omega[first] && names.get(*k) == names.get(first);

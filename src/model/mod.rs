@@ -191,7 +191,8 @@ impl SharedModel {
         self.pair.lower_modes
     }
 
-    /// Makes W as [`Self::pair`] makes it, so that it is the same to the last bit whether or not another job came before.
+    /// Makes W as [`Self::pair`] makes it, so that it is the same to the last bit whether or not another job came
+    /// before.
     pub fn renew(&mut self) {
         if self.pair.local.is_none() && self.rotation.iter().any(Option::is_some) {
             self.pair.renew_compliance();

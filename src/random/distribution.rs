@@ -90,7 +90,7 @@ impl Distribution {
         }
     }
 
-    /// What is wrong with its numbers, if anything is.
+    /// Fault of its numbers, if there is one.
     pub fn fault(&self) -> Option<String> {
         let finite = |numbers: &[f64]| numbers.iter().all(|x| x.is_finite());
         match self {

@@ -540,7 +540,7 @@ pub fn begin_at(values: impl Iterator<Item = C>) {
     }
 }
 
-/// What this rank knows of the last state.
+/// Last state that this rank knows.
 #[derive(Clone, Default)]
 pub struct State {
     last: Last,
@@ -548,7 +548,7 @@ pub struct State {
 }
 
 impl State {
-    /// What is known now.
+    /// State that is known now.
     pub fn present() -> Self {
         Self { last: LAST.with_borrow(Last::clone), modes: Modes::last() }
     }

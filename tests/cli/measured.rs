@@ -28,8 +28,8 @@ fn eigenvalues(folder: &Folder) -> Vec<num_complex::Complex64> {
     open(folder.path("job.h5")).dataset("stability/eigenvalue").and_then(|d| d.read_raw()).expect("eigenvalues")
 }
 
-/// What was computed, measured, changes no eigenvalue; what is 2 % higher moves its pair, and no other mode; and the
-/// measured damping is that of the mode.
+/// A measured frequency equal to the computed one changes no eigenvalue; one that is 2 % higher moves its
+/// pair, and no other mode; and the measured damping is that of the mode.
 #[test]
 fn measured_modes_take_the_place_of_computed_ones() {
     let (plain, _) = run(json!([]));

@@ -9,7 +9,7 @@ PICTURES = ("branches",)
 
 
 def section(result: Result, drawn: dict[str, str]) -> list[str]:
-    """Where rest changes its stability, special points of the branch, why it ends, and its diagram."""
+    """Stability changes of rest, special points of the branch, why it ends, and its diagram."""
     if not Branches.present(result):
         return []
     branch = Branches.of(result)

@@ -25,9 +25,9 @@ pub(super) struct Kept {
     folder: PathBuf,
     path: PathBuf,
     file: File,
-    /// What every point rests on.
+    /// Inputs that all points share.
     common: Vec<u8>,
-    /// What was read: the outcome of a point by its identity.
+    /// Records that were read: the outcome of a point by its identity.
     found: HashMap<[u8; SUM], Outcome>,
 }
 
@@ -82,7 +82,7 @@ impl Kept {
         self.file.write_all(&bytes).and_then(|()| self.file.sync_data()).map_err(fail)
     }
 
-    /// What a point rests on, as a checksum.
+    /// Checksum of the inputs of a point.
     fn identity(&self, point: &Job) -> Result<[u8; SUM]> {
         let job = serde_json::to_vec(point).map_err(|e| Error::Defect(format!("a sample as text: {e}")))?;
         let mut sum = Sha256::new();

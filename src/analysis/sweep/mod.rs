@@ -52,7 +52,7 @@ pub struct Base<'a, 's> {
     pub bodies: &'a Bodies<'s>,
     /// Free modes of each of [`Bodies::unique`].
     pub modes: &'a [TraceModes],
-    /// What stability found, on rank 0.
+    /// Results of stability, on rank 0.
     pub found: Option<&'a Found>,
 }
 
@@ -307,7 +307,7 @@ fn build<'p>(
     Ok((model, bodies, found))
 }
 
-/// What is said where the run is stopped among the points.
+/// Message of a run that is stopped among the points.
 fn stopped(is_kept: bool, output: &std::path::Path) -> String {
     match is_kept {
         false => "stopped on request among the points of the sweep, which are not kept".into(),

@@ -51,7 +51,7 @@ pub(super) struct Study<'a> {
     references: Vec<Reference>,
     /// Free modes of the lower body.
     lower: usize,
-    /// What is known at the first point of each model, where the others begin.
+    /// States of the first point of each model, where the others begin.
     begun: RefCell<HashMap<usize, State>>,
 }
 
@@ -93,7 +93,7 @@ impl<'a> Study<'a> {
         Ok(Some(Self { wanted, references, lower, begun: RefCell::default() }))
     }
 
-    /// What the samples rest on beside their jobs.
+    /// Inputs of the samples beside their jobs.
     pub(super) fn identity(&self) -> Vec<u8> {
         let all = self.references.iter().flat_map(|r| [r.value].into_iter().chain(r.modal.iter().copied()));
         all.flat_map(|z| [z.re.to_le_bytes(), z.im.to_le_bytes()].concat()).collect()
@@ -193,7 +193,7 @@ impl<'a> Study<'a> {
         Ok(tables(plan, all, &report))
     }
 
-    /// What the samples say.
+    /// Statistics of the samples.
     fn evaluated(&self, plan: &SweepPlan, all: &[Outcome]) -> Report {
         let wanted = self.wanted;
         let (each, random) = (wanted.points_per_sample(), wanted.random_per_sample());
@@ -263,7 +263,7 @@ impl<'a> Study<'a> {
     }
 }
 
-/// Whether a motion oscillates, with Im λ > 0.
+/// True if a motion oscillates, with Im λ > 0.
 fn oscillates(e: &Eigenpair) -> bool {
     e.value.im > 1e-6 * e.value.norm() && !is_rigid(e.value)
 }
@@ -299,7 +299,7 @@ fn with_width(p: f64, [low, high]: [f64; 2]) -> String {
     format!("{p:.2} +- {:.2}", 0.5 * (high - low))
 }
 
-/// What the summary says of the study.
+/// Lines of the summary.
 fn say(
     report: &Report,
     (plan, all): (&SweepPlan, &[Outcome]),

@@ -48,7 +48,7 @@ impl MeasuredMode {
         self.loss_factor.or(self.damping_ratio.map(|ratio| 2.0 * ratio))
     }
 
-    /// What it is to be among the computed modes, in words.
+    /// Description of the computed mode that is meant.
     pub fn described(&self) -> String {
         let order = self.order.map(|n| format!("order {n}"));
         let family = self.family.as_ref().map(|f| format!("family \"{f}\""));

@@ -2,7 +2,7 @@
 
 use super::super::model::*;
 
-/// What is wrong with the measured modes of the body at `path` of `job`.
+/// Faults of the measured modes of the body at `path` of `job`.
 pub(super) fn check(path: &str, body: &Body, job: &Job, faults: &mut Vec<String>) {
     let Some(modes) = &body.modes else { return };
     let path = format!("{path}.modes.measured");

@@ -8,7 +8,7 @@ use crate::random::interval::Method;
 use num_complex::Complex;
 use std::f64::consts::PI;
 
-/// What the samples say of a mode of the job's own point.
+/// Statistics of a mode of the job's own point.
 #[derive(Debug, Clone)]
 pub struct ModeOf {
     /// Its frequency and what it consists of.
@@ -31,7 +31,7 @@ pub struct ModeOf {
     pub values: Vec<Option<Complex<f64>>>,
 }
 
-/// What the samples say.
+/// Statistics of the samples.
 #[derive(Debug, Clone)]
 pub struct Study {
     /// The uncertain keys.
