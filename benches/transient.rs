@@ -24,11 +24,11 @@ use railsqueal::contact::{Creepage, NormalLoad, SlidingDirection, SlidingProblem
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
-use railsqueal::model::ModalPair;
+use railsqueal::model::CoupledModel;
 use railsqueal::output::Reader;
 use railsqueal::stability::reduced::eigenpairs;
 use railsqueal::transient::{
-    ContactSolver, Drive, Effort, Memory, Model, Operator, Scheme, Settings, State, StepProblem, Stepper,
+    ContactSolver, DelassusOperator, Effort, Loading, Memory, Model, Scheme, Settings, State, StepProblem, Stepper,
 };
 
 /// Step, s.
@@ -64,7 +64,7 @@ fn dumped(path: &str) {
         let list = |name: &str| file.numbers(&format!("/{number:02}/{name}")).map(|(_, v)| v);
         let Ok(matrix) = list("matrix") else { break };
         let [free, before, mu] = ["free", "before", "friction"].map(|n| list(n).expect(n));
-        let matrix = Operator::new(matrix);
+        let matrix = DelassusOperator::new(matrix);
         for (c, time) in times.iter_mut().enumerate() {
             let problem = StepProblem {
                 matrix: &matrix,
@@ -101,7 +101,7 @@ fn measure(stepper: &mut Stepper<'_>, steps: usize, name: &str) {
     const TURNS: usize = 10;
     let size = 3 * stepper.report().closed;
     let data: Vec<f64> = (0..size * size).map(|k| (k % 97) as f64).collect();
-    let operator = Operator::new(data);
+    let operator = DelassusOperator::new(data);
     let (x, mut y) = (vec![1.0; size], vec![0.0; size]);
     let plain = Mat::from_fn(size, size, |i, j| ((i + size * j) % 97) as f64);
     let (column, mut image) = (Mat::from_fn(size, 1, |_, _| 1.0), Mat::zeros(size, 1));
@@ -184,7 +184,7 @@ fn settings(friction: FrictionLaw, approach: f64, creepage: Creepage, speed: f64
         friction,
         solver: ContactSolver::Newton,
         tolerance: TOLERANCE,
-        drive: Drive::constant(NormalLoad::Approach(approach), creepage, speed),
+        drive: Loading::constant(NormalLoad::Approach(approach), creepage, speed),
     }
 }
 
@@ -249,7 +249,7 @@ fn half_spaces() {
 /// Model and contact of a result file.
 struct Case {
     interface: Interface,
-    pair: ModalPair,
+    pair: CoupledModel,
     friction: FrictionLaw,
     load: f64,
     speed: f64,
@@ -273,7 +273,7 @@ fn read(path: &str) -> Case {
         let damping: Vec<f64> = omega.iter().map(|w| alpha + beta * w * w).collect();
         ReducedBody::new(omega, damping, matrix("contact_modes"), matrix("compliance"))
     };
-    let pair = ModalPair::new(&body("lower"), &body("upper")).expect("pair");
+    let pair = CoupledModel::new(&body("lower"), &body("upper")).expect("pair");
     let creepage = |c: &str| number(&format!("/contact/creepage/{c}"));
     Case {
         interface,

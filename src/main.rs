@@ -7,11 +7,11 @@ mod cli;
 
 use clap::Parser;
 use cli::args::{beside, completion, default_job, manual, Changes, Cli, Command};
-use cli::{init, launch, neighbour, probe, results, versions};
+use cli::{init, isolated_reader, launch, rank_watchdog, results, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
 use railsqueal::analysis::{self, RunOptions};
-use railsqueal::case::{curving, foresee, own_contact, shown, Meshes};
+use railsqueal::case::{curving, mesh_preview, own_contact, preflight, Meshes};
 use railsqueal::error::printable;
 use railsqueal::job::{self, fe_inputs, Job};
 use railsqueal::memory::Limit;
@@ -62,7 +62,9 @@ fn start() -> i32 {
     match cli.command {
         _ if cli.version => text(&versions::text()),
         _ if idle => 0,
-        Some(Command::Probe { files, head }) => files.iter().map(|file| probe::child(file, head)).max().unwrap_or(0),
+        Some(Command::Probe { files, head }) => {
+            files.iter().map(|file| isolated_reader::child(file, head)).max().unwrap_or(0)
+        }
         Some(Command::Schema) => text(&format!("{:#}\n", job::schema())),
         Some(Command::Completion { shell }) => text(&completion(shell)),
         Some(Command::Man) => text(&manual()),
@@ -77,7 +79,7 @@ fn start() -> i32 {
         Some(command) => match launch::no_common_world(&launch::environment) {
             Some(message) => refuse_apart(&Error::Job(message), speaks),
             None => {
-                let probed = if speaks { probe::files(&command) } else { Ok(()) };
+                let probed = if speaks { isolated_reader::files(&command) } else { Ok(()) };
                 parallel(probed.map(|()| command), speaks)
             }
         },
@@ -155,7 +157,7 @@ fn parallel(command: Result<Command>, speaks: bool) -> i32 {
                     wall_time,
                 };
                 let stop = stop.as_ref().ok_or_else(|| Error::Defect("a run that no signal stops".into()))?;
-                neighbour::watch(&world);
+                rank_watchdog::watch(&world);
                 run(&world, &job, &options, &petsc, stop).map_err(|e| with_remarks(&job, e))
             })
         }
@@ -242,7 +244,7 @@ fn check(world: &World, path: &Path, changes: &Changes, mesh: Option<&Path>) -> 
 fn examine(world: &World, job: &Job, path: &Path, mesh: Option<&Path>) -> Result<()> {
     let meshes = Meshes::default();
     // A mesh that lies wrong is what one wants to see: it comes before all that could be refused.
-    world.on_root(|| mesh.map_or(Ok(()), |file| shown::surfaces(job, &meshes)?.write(file)))?;
+    world.on_root(|| mesh.map_or(Ok(()), |file| mesh_preview::surfaces(job, &meshes)?.write(file)))?;
     // What the analyses cannot do, and what is wrong with the bodies, all together.
     let (capable, planned) = (analysis::check(job), plan_of(world, job, &meshes));
     Error::all([capable, planned.as_ref().map(drop).map_err(Error::clone)])?;
@@ -255,7 +257,7 @@ fn examine(world: &World, job: &Job, path: &Path, mesh: Option<&Path>) -> Result
         let foreseen = plan
             .fits(here, &limit)
             .and_then(|()| plan.fits_disk(here))
-            .and_then(|()| foresee::of_job(job, &meshes, plan.bodies.iter().map(|b| b.nodes).sum()));
+            .and_then(|()| preflight::of_job(job, &meshes, plan.bodies.iter().map(|b| b.nodes).sum()));
         let mut lines = Vec::new();
         if let Ok(report) = &foreseen {
             report.warnings.iter().for_each(|text| summary.warn(text));
@@ -342,7 +344,7 @@ fn print_curving(world: &World, path: &Path, changes: &Changes, contact: bool) -
     let (_, plan) = plan_of(world, &job, &meshes)?;
     world.on_root(|| {
         let nodes = plan.map_or(0, |p| p.bodies.iter().map(|b| b.nodes).sum());
-        foresee::of_job(&job, &meshes, nodes)?;
+        preflight::of_job(&job, &meshes, nodes)?;
         let found = curving::Curving::of(&job)?;
         let mut lines = found.lines();
         lines.extend(found.warnings(&job).into_iter().map(|w| format!("warning: {w}")));

@@ -8,7 +8,7 @@ use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
-use railsqueal::transient::{ContactSolver, Drive, Model, Scheme, Settings, State, Stepper};
+use railsqueal::transient::{ContactSolver, Loading, Model, Scheme, Settings, State, Stepper};
 use railsqueal::Error;
 
 const STEEL: HalfSpace = HalfSpace { young: 205e9, poisson: 0.3 };
@@ -261,7 +261,7 @@ fn rolling(
         friction: FrictionLaw::Constant(MU),
         solver: ContactSolver::Newton,
         tolerance: 1e-10,
-        drive: Drive::constant(load, problem.creepage, problem.speed),
+        drive: Loading::constant(load, problem.creepage, problem.speed),
     };
     let start = State::at_rest(&model, &reaction, found.solution.approach);
     let mut stepper = Stepper::new(model, settings, start).unwrap().consistent(augmentation(&problem)).unwrap();

@@ -11,7 +11,7 @@ use railsqueal::contact::{
 };
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
-use railsqueal::model::ModalPair;
+use railsqueal::model::CoupledModel;
 use railsqueal::stability::criterion::criteria;
 use railsqueal::stability::reduced::{eigenpairs, participation, sharpness, Eigenpair};
 use railsqueal::stability::sensitivity::Linearisation;
@@ -34,7 +34,7 @@ fn rigid(n: usize) -> ReducedBody {
     ReducedBody::new(vec![], vec![], Mat::zeros(3 * n, 0), Mat::zeros(3 * n, 3 * n))
 }
 
-fn single(omega: Vec<f64>, damping: Vec<f64>, contact_modes: Mat<f64>, residual: Mat<f64>) -> ModalPair {
+fn single(omega: Vec<f64>, damping: Vec<f64>, contact_modes: Mat<f64>, residual: Mat<f64>) -> CoupledModel {
     let c = Mat::from_fn(residual.nrows(), residual.ncols(), |i, j| {
         let modal = |k: usize| {
             if omega[k] > 0.0 {
@@ -46,7 +46,7 @@ fn single(omega: Vec<f64>, damping: Vec<f64>, contact_modes: Mat<f64>, residual:
         residual[(i, j)] + (0..omega.len()).map(modal).sum::<f64>()
     });
     let n = residual.nrows() / 3;
-    ModalPair::new(&ReducedBody::new(omega, damping, contact_modes, c), &rigid(n)).unwrap()
+    CoupledModel::new(&ReducedBody::new(omega, damping, contact_modes, c), &rigid(n)).unwrap()
 }
 
 /// Hultén's oscillator: two masses, each pressed through a spring on a belt that rubs the other one: contact 1 has
@@ -241,7 +241,7 @@ fn a_mass_on_a_belt_that_remembers() {
 #[test]
 fn the_fastest_eigenvalue_changes_its_sign_at_the_smallest_length() {
     let s = interface(4);
-    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    let b = CoupledModel::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
     for creepage in [[0.0, 0.01, 0.0], [0.01, -0.004, 0.3]] {
         let at = |d: f64| {
             let mut p = problem(&s, &b, 0.3, creepage);
@@ -270,7 +270,7 @@ fn the_fastest_eigenvalue_changes_its_sign_at_the_smallest_length() {
 #[test]
 fn the_memory_of_a_constant_coefficient_changes_nothing() {
     let s = interface(4);
-    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    let b = CoupledModel::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
     let mut p = problem(&s, &b, 0.4, [0.004, 0.009, 0.3]);
     let constant = eigenpairs(&b, &p.contact(&p.solve().unwrap()), TOLERANCE).unwrap();
     p.friction = Exponential::new(0.4, 0.4, 0.1).into();
@@ -320,7 +320,7 @@ fn interface(k: usize) -> Interface {
     Interface::paraboloid(n, n, [half, half], [4.0, 4.0]).unwrap()
 }
 
-fn problem<'a>(s: &'a Interface, b: &'a ModalPair, mu: f64, c: [f64; 3]) -> SlidingProblem<'a> {
+fn problem<'a>(s: &'a Interface, b: &'a CoupledModel, mu: f64, c: [f64; 3]) -> SlidingProblem<'a> {
     SlidingProblem {
         interface: s,
         compliance: b.compliance.as_ref(),
@@ -333,7 +333,7 @@ fn problem<'a>(s: &'a Interface, b: &'a ModalPair, mu: f64, c: [f64; 3]) -> Slid
     }
 }
 
-fn spectrum(s: &Interface, b: &ModalPair, mu: f64, c: [f64; 3]) -> Vec<Eigenpair> {
+fn spectrum(s: &Interface, b: &CoupledModel, mu: f64, c: [f64; 3]) -> Vec<Eigenpair> {
     let p = problem(s, b, mu, c);
     eigenpairs(b, &p.contact(&p.solve().unwrap()), TOLERANCE).unwrap()
 }
@@ -343,7 +343,7 @@ fn equilibrium_of_sliding_obeys_its_laws() {
     let s = interface(5);
     let (lower, upper) =
         (body(STEEL, &s, &LOWER, 0.4), body(HalfSpace { young: 80e9, poisson: 0.25 }, &s, &UPPER, -0.2));
-    let b = ModalPair::new(&lower, &upper).unwrap();
+    let b = CoupledModel::new(&lower, &upper).unwrap();
     let p = problem(&s, &b, 0.4, [0.003, -0.012, 0.2]);
     let r = p.solve().unwrap();
     assert!((r.force[2] + 70e3).abs() < 1e-7 * 70e3, "normal force {}", r.force[2]);
@@ -389,7 +389,7 @@ fn equilibrium_of_sliding_obeys_its_laws() {
 fn convection_is_the_speed_times_the_slope() {
     let s = interface(4);
     let one = body(STEEL, &s, &LOWER, 0.4);
-    let b = ModalPair::new(&one, &one).unwrap();
+    let b = CoupledModel::new(&one, &one).unwrap();
     let mut p = problem(&s, &b, 0.3, [0.02, 0.0, 0.0]);
     p.speed = 7.0;
     for stencil in [Stencil::Edge, Stencil::Upwind1] {
@@ -413,7 +413,7 @@ fn eigenpairs_satisfy_the_original_equations() {
     let s = interface(3);
     let (lower, upper) =
         (body(STEEL, &s, &LOWER, 0.4), body(HalfSpace { young: 80e9, poisson: 0.25 }, &s, &UPPER, -0.2));
-    let b = ModalPair::new(&lower, &upper).unwrap();
+    let b = CoupledModel::new(&lower, &upper).unwrap();
     let mut p = problem(&s, &b, 0.4, [0.004, 0.009, 0.3]);
     p.friction = Exponential::new(0.5, 0.3, 0.2).into();
     let sliding = p.solve().unwrap();
@@ -495,7 +495,7 @@ fn eigenpairs_satisfy_the_original_equations() {
 #[test]
 fn spectra_are_conjugate_and_participations_sum_to_one() {
     let s = interface(4);
-    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    let b = CoupledModel::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
     let pairs = spectrum(&s, &b, 0.5, [0.0, 0.01, 0.2]);
     for p in &pairs {
         let partner = pairs.iter().map(|q| (q.value - p.value.conj()).norm()).fold(f64::INFINITY, f64::min);
@@ -511,7 +511,7 @@ fn spectra_are_conjugate_and_participations_sum_to_one() {
 fn mirror_images_are_stable_at_any_constant_friction() {
     let s = interface(4);
     let one = body(STEEL, &s, &LOWER, 0.4);
-    let b = ModalPair::new(&one, &one).unwrap();
+    let b = CoupledModel::new(&one, &one).unwrap();
     for mu in [0.1, 0.3, 0.6, 1.0] {
         for c in [[0.0, 0.02, 0.0], [0.0, -0.02, 0.0], [0.02, 0.0, 0.0], [-0.02, 0.0, 0.0], [0.015, 0.015, 0.1]] {
             let top = &spectrum(&s, &b, mu, c)[0];
@@ -520,7 +520,7 @@ fn mirror_images_are_stable_at_any_constant_friction() {
     }
     // The same bodies with one of them detuned do flutter, so that the test above can fail.
     let other = body(STEEL, &s, &UPPER, -0.6);
-    let b = ModalPair::new(&one, &other).unwrap();
+    let b = CoupledModel::new(&one, &other).unwrap();
     let top = [0.02, -0.02].map(|eta| spectrum(&s, &b, 0.6, [0.0, eta, 0.0])[0].growth_rate());
     assert!(top[0].max(top[1]) > 0.0, "growth rates {top:?}");
 }
@@ -530,8 +530,8 @@ fn mirror_images_are_stable_at_any_constant_friction() {
 fn exchange_of_the_bodies_leaves_the_spectrum() {
     let s = interface(4);
     let (one, two) = (body(STEEL, &s, &LOWER, 0.4), body(HalfSpace { young: 80e9, poisson: 0.25 }, &s, &UPPER, -0.2));
-    let a = spectrum(&s, &ModalPair::new(&one, &two).unwrap(), 0.4, [0.004, 0.009, 0.3]);
-    let b = spectrum(&s, &ModalPair::new(&two, &one).unwrap(), 0.4, [-0.004, -0.009, -0.3]);
+    let a = spectrum(&s, &CoupledModel::new(&one, &two).unwrap(), 0.4, [0.004, 0.009, 0.3]);
+    let b = spectrum(&s, &CoupledModel::new(&two, &one).unwrap(), 0.4, [-0.004, -0.009, -0.3]);
     assert_eq!(a.len(), b.len());
     for p in &a {
         let partner = b.iter().map(|q| (q.value - p.value).norm()).fold(f64::INFINITY, f64::min);
@@ -539,7 +539,7 @@ fn exchange_of_the_bodies_leaves_the_spectrum() {
     }
     // The same with friction that falls and remembers.
     let falling = |lower, upper, c| {
-        let b = ModalPair::new(lower, upper).unwrap();
+        let b = CoupledModel::new(lower, upper).unwrap();
         let mut p = problem(&s, &b, 0.4, c);
         p.friction = Exponential::new(0.45, 0.2, 0.1).into();
         eigenpairs(&b, &p.contact(&p.solve().unwrap()), TOLERANCE).unwrap()
@@ -551,7 +551,7 @@ fn exchange_of_the_bodies_leaves_the_spectrum() {
         assert!(partner < 1e-7 * p.value.norm(), "{} has no partner, nearest at {partner}", p.value);
     }
     // Reversing the creepages alone is another problem.
-    let c = spectrum(&s, &ModalPair::new(&one, &two).unwrap(), 0.4, [-0.004, -0.009, -0.3]);
+    let c = spectrum(&s, &CoupledModel::new(&one, &two).unwrap(), 0.4, [-0.004, -0.009, -0.3]);
     assert!((c[0].value - a[0].value).norm() > 1e-3 * a[0].value.norm(), "{} {}", c[0].value, a[0].value);
 }
 
@@ -561,7 +561,7 @@ fn exchange_of_the_bodies_leaves_the_spectrum() {
 fn longitudinal_sliding_converges_with_the_grid() {
     let bodies = |k: usize, stencil| {
         let s = interface(k);
-        let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.6)).unwrap();
+        let b = CoupledModel::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.6)).unwrap();
         let mut p = problem(&s, &b, 0.6, [0.02, 0.0, 0.0]);
         p.stencil = stencil;
         let pairs = eigenpairs(&b, &p.contact(&p.solve().unwrap()), TOLERANCE).unwrap();
@@ -587,7 +587,7 @@ fn longitudinal_sliding_converges_with_the_grid() {
 #[test]
 fn one_mode_on_the_rest_grows_as_the_eigenvalue_does() {
     let s = interface(4);
-    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.7)).unwrap();
+    let b = CoupledModel::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.7)).unwrap();
     let falling = FrictionLaw::from(Exponential::new(0.45, 0.3, 0.3)).remembering(2e-3);
     let places: Vec<[f64; 2]> = (0..s.len()).map(|i| s.point(i)).collect();
     let (mut count, mut tilted) = (0, 0.0f64);
@@ -616,7 +616,7 @@ fn one_mode_on_the_rest_grows_as_the_eigenvalue_does() {
 fn an_open_contact_and_one_beyond_the_interface_are_refused() {
     let s = interface(3);
     let one = body(STEEL, &s, &LOWER, 0.4);
-    let b = ModalPair::new(&one, &one).unwrap();
+    let b = CoupledModel::new(&one, &one).unwrap();
     let p = problem(&s, &b, 0.3, [0.0, 0.01, 0.0]);
     let mut contact = p.contact(&p.solve().unwrap());
     contact.nodes[3].node = s.len();
@@ -630,10 +630,10 @@ fn the_spectrum_does_not_depend_on_the_coordinates() {
     let s = interface(4);
     let (lower, upper) =
         (body(STEEL, &s, &LOWER, 0.4), body(HalfSpace { young: 80e9, poisson: 0.25 }, &s, &UPPER, -0.2));
-    let b = ModalPair::new(&lower, &upper).unwrap();
+    let b = CoupledModel::new(&lower, &upper).unwrap();
     let (turned, q) = rotated::rotated(&b);
     // The residual follows from the full stiffness as well.
-    let whole = ModalPair::new(
+    let whole = CoupledModel::new(
         &ReducedBody {
             stiffness: of_body(&turned.stiffness, 0),
             damping: of_body(&turned.damping, 0),
@@ -672,7 +672,7 @@ fn block(q: &Mat<f64>, first: usize, n: usize) -> Mat<f64> {
 }
 
 /// Steady rolling with what sticks.
-fn rolling<'a>(s: &'a Interface, b: &'a ModalPair, friction: FrictionLaw, c: [f64; 3]) -> SteadyProblem<'a> {
+fn rolling<'a>(s: &'a Interface, b: &'a CoupledModel, friction: FrictionLaw, c: [f64; 3]) -> SteadyProblem<'a> {
     let SlidingProblem { interface, compliance, speed, creepage, load, stencil, .. } = problem(s, b, 0.3, c);
     let (tolerance, max_iterations) = (1e-11, 400);
     let compliance = compliance.into();
@@ -684,7 +684,7 @@ fn rolling<'a>(s: &'a Interface, b: &'a ModalPair, friction: FrictionLaw, c: [f6
 #[test]
 fn the_steady_state_is_that_of_sliding_where_nothing_sticks() {
     let s = interface(4);
-    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    let b = CoupledModel::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
     for law in [FrictionLaw::Constant(0.3), Exponential::new(0.3, 0.2, 0.3).into()] {
         let c = [0.003, -0.03, 0.1];
         let (mut p, steady) = (problem(&s, &b, 0.3, c), rolling(&s, &b, law.clone(), c));
@@ -707,7 +707,7 @@ fn the_steady_state_is_that_of_sliding_where_nothing_sticks() {
 fn contacts_that_stick_in_part_have_modes_and_relaxations() {
     let about = |k: usize, eta: f64| {
         let s = interface(k);
-        let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+        let b = CoupledModel::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
         let steady = rolling(&s, &b, FrictionLaw::Constant(0.3), [0.0, eta, 0.0]);
         let contact = steady.contact(&steady.solve().unwrap());
         let (stick, closed) = (contact.sticking(), contact.nodes.len());
@@ -737,7 +737,7 @@ fn partial_slip_with_memory_has_the_symmetry_of_the_exchanged_bodies() {
     let s = interface(4);
     let (one, two) = (body(STEEL, &s, &LOWER, 0.4), body(HalfSpace { young: 80e9, poisson: 0.25 }, &s, &UPPER, -0.2));
     let spectrum = |lower, upper, c: [f64; 3]| {
-        let b = ModalPair::new(lower, upper).unwrap();
+        let b = CoupledModel::new(lower, upper).unwrap();
         let steady = rolling(&s, &b, Exponential::new(0.4, 0.3, 0.1).into(), c);
         let contact = steady.contact(&steady.solve().unwrap());
         assert!(contact.sticking() > 3 && contact.memory.len() > 10);
@@ -829,7 +829,7 @@ fn eigenvalues_that_lie_together_move_together() {
 #[test]
 fn derivatives_equal_differences_of_the_eigenvalues() {
     let s = interface(4);
-    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    let b = CoupledModel::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
     let laws = [FrictionLaw::Constant(0.35), Exponential::new(0.4, 0.25, 0.1).into()];
     for (law, eta, sticks) in [(&laws[0], 0.004, true), (&laws[1], 0.004, true), (&laws[1], 0.02, false)] {
         let creepage = [0.0005, eta, 0.05];
@@ -912,7 +912,7 @@ fn derivatives_equal_differences_of_the_eigenvalues() {
 #[test]
 fn a_contact_that_moves_sees_the_modes_there() {
     let s = interface(3);
-    let b = ModalPair::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    let b = CoupledModel::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
     let distance = 1.3e-3;
     let moved = b.with_contact_moved(&s, Side::Lower, distance);
     let spacing = s.y[1] - s.y[0];

@@ -8,9 +8,9 @@ use railsqueal::contact::{
 };
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
-use railsqueal::model::ModalPair;
+use railsqueal::model::CoupledModel;
 use railsqueal::stability::reduced::eigenpairs;
-use railsqueal::transient::drive::{Drive, History, Normal, Tangential};
+use railsqueal::transient::loading::{History, Loading, Normal, Tangential};
 use railsqueal::transient::{ContactSolver, Model, Scheme, Settings, State, Stepper};
 
 mod rotated;
@@ -33,11 +33,11 @@ fn single_contact(gap: f64) -> Interface {
     Interface::new(vec![-1.0, 0.0, 1.0], vec![-1.0, 0.0, 1.0], gaps).unwrap()
 }
 
-fn still() -> Drive {
-    Drive::constant(NormalLoad::Approach(0.0), Creepage::default(), 0.0)
+fn still() -> Loading {
+    Loading::constant(NormalLoad::Approach(0.0), Creepage::default(), 0.0)
 }
 
-fn settings(step: f64, drive: Drive, mu: f64) -> Settings {
+fn settings(step: f64, drive: Loading, mu: f64) -> Settings {
     Settings {
         scheme: Scheme { step, theta: 0.5 },
         friction: FrictionLaw::Constant(mu),
@@ -211,7 +211,7 @@ fn shifted(s: &Interface, w: &Mat<f64>, none: &Mat<f64>, steps: usize) -> State 
     let c = CARTER;
     let force = 0.657 * c.mu * c.load;
     let end = steps as f64;
-    let drive = Drive {
+    let drive = Loading {
         normal: Normal::Force(History::constant(c.load)),
         tangential: [
             Tangential::Force(History::table("force", &[[0.0, 0.0], [end, force]], end).unwrap()),
@@ -285,7 +285,7 @@ fn cattaneo_becomes_carter() {
     let none = Mat::<f64>::zeros(3 * s.len(), 0);
     let w = half_spaces(c.material, &s);
     let start = State { step: 0, ..shifted(&s, &w, &none, 1) };
-    let drive = Drive {
+    let drive = Loading {
         normal: Normal::Force(History::constant(c.load)),
         tangential: [
             Tangential::Force(History::constant(0.657 * c.mu * c.load)),
@@ -310,7 +310,7 @@ fn cattaneo_becomes_carter() {
 /// contact as a whole, two of them near each other, which friction couples.
 struct Squeal {
     interface: Interface,
-    pair: ModalPair,
+    pair: CoupledModel,
     mu: f64,
     /// The friction law; its coefficient at rest is not `mu` where it falls.
     law: FrictionLaw,
@@ -334,7 +334,7 @@ impl Squeal {
         let compliance = Mat::from_fn(3 * n, 3 * n, |i, j| local[(i, j)] + modal(i, j));
         let lower = ReducedBody::new(omega, vec![damping; 3], contact_modes, compliance);
         let upper = ReducedBody::new(vec![], vec![], Mat::zeros(3 * n, 0), local);
-        let pair = ModalPair::new(&lower, &upper).unwrap();
+        let pair = CoupledModel::new(&lower, &upper).unwrap();
         Self { interface, pair, mu: 0.3, law: FrictionLaw::Constant(0.3), speed: 10.0, load: 40e3 }
     }
 
@@ -387,7 +387,7 @@ impl Squeal {
     }
 
     fn settings(&self, creepage: Creepage, load: NormalLoad, step: f64, solver: ContactSolver) -> Settings {
-        let drive = Drive::constant(load, creepage, self.speed);
+        let drive = Loading::constant(load, creepage, self.speed);
         Settings { solver, friction: self.law.clone(), ..settings(step, drive, self.mu) }
     }
 }
@@ -607,7 +607,7 @@ fn material_that_travels_from_node_to_node_remembers_as_in_steady_rolling() {
         .collect();
     let model = quasi_static(&interface, &w, &none);
     let rest = State::at_rest(&model, &reaction, steady.approach);
-    let drive = Drive::constant(NormalLoad::Force(load), creepage, speed);
+    let drive = Loading::constant(NormalLoad::Force(load), creepage, speed);
     let step = (interface.x[1] - interface.x[0]) / speed;
     let settings = Settings { friction: law.clone(), ..settings(step, drive, 0.3) };
     // At rest, and with the memory of material that never slid.

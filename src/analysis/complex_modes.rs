@@ -4,10 +4,10 @@
 use super::{run::Run, RunOptions};
 use crate::body::{Fields, FullSystem};
 use crate::case::bodies::Bodies;
-use crate::case::examined::Found;
-use crate::case::pictures::Pictures;
+use crate::case::display_modes::Pictures;
+use crate::case::stability_problem::StabilityResult;
 use crate::job;
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::output::{companion, BodyPart, FieldKind, FieldSpec, Sequence, SequenceFile, Table};
 use crate::parallel::World;
 use crate::stability::full::{FullPair, FullResult};
@@ -49,7 +49,7 @@ pub(super) fn run(
     run: &mut Run,
     stability: &job::Stability,
     bodies: &Bodies,
-    reduced: Option<(&Found, &ModalPair)>,
+    reduced: Option<(&StabilityResult, &CoupledModel)>,
     full: Option<&FullResult>,
 ) -> Result<()> {
     let world = run.world();
@@ -83,7 +83,7 @@ fn selected(pairs: impl Iterator<Item = (C, f64)>, least: usize) -> usize {
     grown.iter().filter(|g| **g).count().max(least).min(grown.len())
 }
 
-fn of_full(full: &FullResult, reduced: Option<(&Found, &ModalPair)>, least: usize) -> Vec<Shape> {
+fn of_full(full: &FullResult, reduced: Option<(&StabilityResult, &CoupledModel)>, least: usize) -> Vec<Shape> {
     if least == 0 {
         return Vec::new();
     }
@@ -102,7 +102,7 @@ fn of_full(full: &FullResult, reduced: Option<(&Found, &ModalPair)>, least: usiz
 }
 
 /// On rank 0: those of the reduced model that are shown, with their places in the list of eigenvalues.
-fn chosen(found: Option<&Found>, least: usize) -> Vec<(usize, &Eigenpair)> {
+fn chosen(found: Option<&StabilityResult>, least: usize) -> Vec<(usize, &Eigenpair)> {
     let Some(found) = found.filter(|_| least > 0) else { return Vec::new() };
     // Real eigenvalues do not oscillate: they have no period to be shown over.
     let all = found.spectrum.eigenpairs.iter().enumerate();
@@ -117,7 +117,7 @@ pub(super) fn draw(
     run: &mut Run,
     stability: &job::Stability,
     bodies: &Bodies,
-    reduced: Option<(&Found, &ModalPair)>,
+    reduced: Option<(&StabilityResult, &CoupledModel)>,
 ) -> Result<bool> {
     let world = run.world();
     let pictures = Pictures::of(world, bodies, |_| true);
@@ -145,7 +145,7 @@ pub(super) fn draw(
 fn of_reduced(
     world: &World,
     bodies: &Bodies,
-    reduced: Option<(&Found, &ModalPair)>,
+    reduced: Option<(&StabilityResult, &CoupledModel)>,
     least: usize,
 ) -> Result<Vec<Shape>> {
     let chosen = chosen(reduced.map(|r| r.0), least);

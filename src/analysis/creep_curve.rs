@@ -9,7 +9,7 @@ use crate::contact::baseline::{fastsim, linear, polach, shen_hedrick_elkins, Ell
 use crate::contact::{Continuation, SteadyProblem, SteadySolution};
 use crate::grid::Interface;
 use crate::job::{self, CreepCurve, Job};
-use crate::model::{ModalPair, ReducedModel};
+use crate::model::{CoupledModel, ReducedModel};
 use crate::output::datasets::creep_curve::{tables, Baseline, Point};
 use crate::stability::{grows, least_stable};
 use crate::summary::Summary;
@@ -50,7 +50,7 @@ struct Curve<'a> {
 impl<'a> Curve<'a> {
     /// Steady rolling, as a state of rest where small motions are looked at about it.
     fn problem(&self) -> SteadyProblem<'a> {
-        let (model, steady): ((&Interface, &ModalPair), _) =
+        let (model, steady): ((&Interface, &CoupledModel), _) =
             ((&self.model.interface, &self.model.pair), self.job.analyses.steady.as_ref());
         match self.job.analyses.stability {
             Some(_) => at_rest(model, self.contact, steady),

@@ -3,15 +3,17 @@
 
 use super::reduction::Reduction;
 use super::run::Run;
-use crate::case::cycle::{watch, Attempt};
-use crate::case::examined::Examined;
-use crate::case::rolling::Rolling;
-use crate::cycles::branch::{follow, solve, Extent};
+use crate::case::limit_cycle_point::{watch, LimitCyclePoint};
+use crate::case::stability_problem::StabilityProblem;
+use crate::case::transient_problem::TransientProblem;
+use crate::cycles::branch::{follow, solve, BranchExtent};
 use crate::cycles::corrector::Equations;
-use crate::cycles::{multipliers, Branch, Conditions, End, Family, Memory, Point, Resolution, Special, Structure};
+use crate::cycles::{
+    multipliers, Branch, BranchEnd, BranchPoint, Conditions, ContactMemory, Family, Resolution, Special, Structure,
+};
 use crate::grid::Interface;
 use crate::job::{self, key_unit, range, Branches, Job, StabilityState, StartState};
-use crate::model::{ModalPair, ReducedModel};
+use crate::model::{CoupledModel, ReducedModel};
 use crate::output::datasets::branches::{BranchTables, Onset};
 use crate::output::Table;
 use crate::progress::Progress;
@@ -31,8 +33,8 @@ const PERIODS: usize = 8;
 /// Results.
 struct Found {
     tables: Vec<Table>,
-    points: Vec<Point>,
-    ends: [End; 2],
+    points: Vec<BranchPoint>,
+    ends: [BranchEnd; 2],
     onsets: Vec<Onset>,
     marched: f64,
     marches: usize,
@@ -75,13 +77,17 @@ impl Family for Search<'_> {
     }
 }
 
-fn rolling<'a>(job: &'a Job, wanted: &'a job::Transient, model: (&'a Interface, &'a ModalPair)) -> Result<Rolling<'a>> {
+fn rolling<'a>(
+    job: &'a Job,
+    wanted: &'a job::Transient,
+    model: (&'a Interface, &'a CoupledModel),
+) -> Result<TransientProblem<'a>> {
     let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("limit cycles without contact".into()))?;
-    Ok(Rolling { job, wanted, contact, model })
+    Ok(TransientProblem { job, wanted, contact, model })
 }
 
 impl<'a> Search<'a> {
-    fn bodies(&self) -> (&'a Interface, &'a ModalPair) {
+    fn bodies(&self) -> (&'a Interface, &'a CoupledModel) {
         (&self.model.interface, &self.model.pair)
     }
 
@@ -108,7 +114,7 @@ impl<'a> Search<'a> {
     fn growth(&self, key: f64) -> Result<[f64; 2]> {
         let job = self.job_at(key)?;
         let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("limit cycles without contact".into()))?;
-        let examined = Examined { job: &job, stability: self.stability()?, contact, model: self.bodies() };
+        let examined = StabilityProblem { job: &job, stability: self.stability()?, contact, model: self.bodies() };
         let found = examined.eigenvalues()?.spectrum;
         let first = found.eigenpairs.iter().find(|e| e.frequency() > 0.0);
         Ok(first.map_or([f64::NEG_INFINITY, 0.0], |e| [e.value.re, e.frequency()]))
@@ -173,7 +179,7 @@ impl<'a> Search<'a> {
             .ok_or_else(|| Error::Defect(format!("analyses.cycles.along: {} is no number", wanted.along)))?;
         let onsets = self.onsets(stop, progress)?;
         progress.note("marching to the first cycle");
-        let attempt = Attempt { job: self.job, cycles: &wanted.march, model: self.bodies(), heard: None };
+        let attempt = LimitCyclePoint { job: self.job, cycles: &wanted.march, model: self.bodies(), heard: None };
         let Some(motion) = attempt.follow(None)?.motion else {
             let known: Vec<String> = onsets.iter().map(|o| format!("{:.6}", o.key)).collect();
             return Err(Error::Job(format!(
@@ -206,8 +212,11 @@ impl<'a> Search<'a> {
         }
         let z = structure.follow(&mut stepper, resolution)?;
         let state = stepper.state();
-        let memory =
-            Memory { reaction: state.reaction.clone(), friction: state.friction.clone(), approach: state.approach };
+        let memory = ContactMemory {
+            reaction: state.reaction.clone(),
+            friction: state.friction.clone(),
+            approach: state.approach,
+        };
         let unit = z[structure.rank()..].iter().map(|z| z * z).sum::<f64>().sqrt();
         let mut equations = Equations {
             structure: &structure,
@@ -228,8 +237,8 @@ impl<'a> Search<'a> {
             true => Some(multipliers(&structure, &self.at(here)?, &found.cycle, resolution.samples)?),
             false => None,
         };
-        let start = Point { key: here, u: found.u, cycle: found.cycle, multipliers: values, special: None };
-        let extent = Extent {
+        let start = BranchPoint { key: here, u: found.u, cycle: found.cycle, multipliers: values, special: None };
+        let extent = BranchExtent {
             range: [wanted.from, wanted.to],
             most: wanted.most as usize,
             longest: wanted.longest,
@@ -238,18 +247,18 @@ impl<'a> Search<'a> {
         };
         let Some(jacobian) = jacobian else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
         let mut done = 0;
-        let mut step = |_: &Point| {
+        let mut step = |_: &BranchPoint| {
             done += 1;
             progress.step("cycles", done, 2 * extent.most);
             Ok(!stop.signalled())
         };
         let down = follow(&mut equations, &start, &jacobian, false, &extent, &mut step)?;
         let up = match down.end {
-            End::Stopped => Branch { points: vec![start], end: End::Stopped },
+            BranchEnd::Stopped => Branch { points: vec![start], end: BranchEnd::Stopped },
             _ => follow(&mut equations, &start, &jacobian, true, &extent, &mut step)?,
         };
         let place = down.points.len() - 1;
-        let points: Vec<Point> = down.points.into_iter().rev().chain(up.points.into_iter().skip(1)).collect();
+        let points: Vec<BranchPoint> = down.points.into_iter().rev().chain(up.points.into_iter().skip(1)).collect();
         let unit = key_unit(&wanted.along);
         let tables = BranchTables {
             along: (&wanted.along, &unit),
@@ -288,8 +297,8 @@ fn tell(wanted: &Branches, found: &Found, summary: &mut Summary) {
         summary
             .value("squeal starts by itself", format!("{side} {key} = {:.7} ({:.3} Hz)", onset.key, onset.frequency));
     }
-    let stable = |p: &Point| p.multipliers.as_ref().is_some_and(|m| m.is_stable());
-    let keys = |of: &dyn Fn(&Point) -> bool| {
+    let stable = |p: &BranchPoint| p.multipliers.as_ref().is_some_and(|m| m.is_stable());
+    let keys = |of: &dyn Fn(&BranchPoint) -> bool| {
         let all = found.points.iter().filter(|p| p.special.is_some() || of(p)).map(|p| p.key);
         all.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], k| [a.min(k), b.max(k)])
     };
@@ -313,10 +322,10 @@ fn tell(wanted: &Branches, found: &Found, summary: &mut Summary) {
         summary.value("most energy", text);
     }
     let [down, up] = &found.ends;
-    let at = |p: Option<&Point>| p.map_or(f64::NAN, |p| p.key);
+    let at = |p: Option<&BranchPoint>| p.map_or(f64::NAN, |p| p.key);
     summary.value("first end", format!("{key} = {:.7}, {}", at(found.points.first()), down.text()));
     summary.value("other end", format!("{key} = {:.7}, {}", at(found.points.last()), up.text()));
-    if matches!(down, End::Stopped) || matches!(up, End::Stopped) {
+    if matches!(down, BranchEnd::Stopped) || matches!(up, BranchEnd::Stopped) {
         summary.fail(Error::Stopped("stopped on request along a branch; the cycles so far are in the results".into()));
     }
 }

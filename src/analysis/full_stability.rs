@@ -3,15 +3,15 @@
 use super::run::Run;
 use super::stability::without_oscillation;
 use crate::body::rigid_motions::in_springs;
-use crate::body::{FullSystem, ModeName};
+use crate::body::{FullSystem, ModeLabel};
 use crate::case::bodies::{self, Bodies};
 use crate::contact::LinearContact;
 use crate::job;
-use crate::model::{self, ModalPair};
+use crate::model::{self, CoupledModel};
 use crate::parallel::World;
 use crate::stability::confirmation;
 use crate::stability::dense::{self, Whole};
-use crate::stability::full::cover::{partners, Wedge};
+use crate::stability::full::completeness::{partners, Wedge};
 use crate::stability::full::residuals::Residuals;
 use crate::stability::full::{
     spectrum, DampedBody, Damping, FullBodies, FullOptions, FullPair, FullResult, FullSpectrum, Spin,
@@ -31,7 +31,7 @@ pub fn run(
     run: &mut Run,
     wanted: &job::FullStability,
     bodies: &Bodies,
-    reduced: Option<(&Spectrum, &LinearContact, &ModalPair)>,
+    reduced: Option<(&Spectrum, &LinearContact, &CoupledModel)>,
 ) -> Result<FullResult> {
     let world = run.world();
     run.progress.stage("stability of the full system");
@@ -125,7 +125,7 @@ fn by_shifts(
             }
             _ => None,
         };
-        let names = spin.as_ref().map(|s| ModeName::of_orders(&s.modal.diameters())).unwrap_or_default();
+        let names = spin.as_ref().map(|s| ModeLabel::of_orders(&s.modal.diameters())).unwrap_or_default();
         let modal = match (&body.damping.modal, modes.get(place.body)) {
             (Some(_), Some(modes)) => {
                 let lossy = systems[place.body].lossy();

@@ -4,7 +4,7 @@ mod complex_modes;
 mod creep_curve;
 mod curving;
 mod cycles;
-mod deferred;
+mod deferred_correction;
 mod full_stability;
 mod inputs;
 mod modes;
@@ -14,16 +14,16 @@ mod receptance;
 pub mod reduction;
 mod reuse;
 mod run;
+mod run_state;
 mod sensitivity;
 mod stability;
 mod steady;
 pub(crate) mod steps;
-mod stock;
 mod sweep;
 mod transient;
 
 use crate::body::{Capability, Kind};
-use crate::case::{foresee, placed, Meshes};
+use crate::case::{preflight, wheel_rail_geometry, Meshes};
 use crate::job::{damping_lines, Compliance, Job, TransientModel};
 use crate::output::datasets::reduced::of_modes_alone;
 use crate::output::verdict::Verdict;
@@ -33,9 +33,9 @@ use crate::progress::Progress;
 use crate::stop::Stop;
 use crate::summary::Summary;
 use crate::{Error, Result};
+use run_state::RunState;
 use std::path::PathBuf;
-use steps::{is_heard, steps, Earlier, Step};
-use stock::Stock;
+use steps::{is_heard, steps, PriorRun, Step};
 
 pub use run::Run;
 
@@ -184,7 +184,7 @@ pub fn run(
         progress.note(format!("{name} has {what} of a run that did not come to its end: --reuse {name} takes them up"));
     }
     // What is written as the job stays as it was given.
-    let filled = placed::filled(world, job)?;
+    let filled = wheel_rail_geometry::filled(world, job)?;
     let given = job;
     let job = filled.as_ref().unwrap_or(job);
     let mut run = Run { petsc, job, given, options, meshes, stop, segments, file, progress, summary: Summary::of(job) };
@@ -254,7 +254,7 @@ fn segments(job: &Job, options: &RunOptions, progress: &mut Progress) -> Result<
 }
 
 /// Collective: what there is of earlier runs.
-fn earlier(run: &Run) -> Earlier {
+fn earlier(run: &Run) -> PriorRun {
     let RunOptions { reuse, resume, output, .. } = run.options;
     let left = companion(output, MODEL);
     let same = |path: &PathBuf| path.canonicalize().ok().zip(left.canonicalize().ok()).is_some_and(|(a, b)| a == b);
@@ -271,14 +271,14 @@ fn earlier(run: &Run) -> Earlier {
     };
     let found: Vec<bool> = run.world().broadcast(found).into_iter().map(|flag| flag == 1).collect();
     let at = |k: usize| found.get(k).copied().unwrap_or(false);
-    Earlier { reuse: reuse.is_some(), resume: *resume, alone: at(0), shapes: at(1), own: at(2), left: at(3) }
+    PriorRun { reuse: reuse.is_some(), resume: *resume, alone: at(0), shapes: at(1), own: at(2), left: at(3) }
 }
 
 /// Collective: the examination that `railsqueal check` makes, before anything is factorised; with the meshes of the
 /// bodies if they are `made`.
 fn examine(run: &mut Run, made: bool) -> Result<()> {
     run.progress.stage("examining the job");
-    let found = run.world().on_root(|| foresee::of_run(run.job, run.meshes, made))?;
+    let found = run.world().on_root(|| preflight::of_run(run.job, run.meshes, made))?;
     run.warn(found.map(|report| report.warnings).unwrap_or_default());
     Ok(())
 }
@@ -298,7 +298,7 @@ fn perform(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
         examined.clone()?;
     }
     curving::run(run)?;
-    let mut stock = Stock::new(earlier);
+    let mut stock = RunState::new(earlier);
     let mut each = || {
         all.iter().enumerate().try_for_each(|(number, &step)| {
             stock.perform(step, run)?;

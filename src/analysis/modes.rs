@@ -2,11 +2,11 @@
 
 use super::run::Run;
 use crate::body::modes::Extent;
-use crate::body::{Kind, ModeName, TraceModes};
+use crate::body::{Kind, ModeLabel, TraceModes};
 use crate::case::bodies::Bodies;
-use crate::case::pictures::Pictures;
+use crate::case::display_modes::Pictures;
 use crate::job::{Job, ModesExtent};
-use crate::model::{measure, shifts, waves, ModalRotation, Wave};
+use crate::model::{measure, shifts, waves, ModalRotation, RailMode};
 use crate::output::{companion, write_modes, BodyPart, SequenceFile, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
@@ -153,7 +153,7 @@ fn rotating(run: &mut Run, place: &str, omega: &[f64], rotation: &ModalRotation)
             waves.iter().map(|w| w.diameters).collect(),
         ),
     ]);
-    let named = |w: &Wave| format!("{:.2} ({:+.0})", w.frequency, w.diameters);
+    let named = |w: &RailMode| format!("{:.2} ({:+.0})", w.frequency, w.diameters);
     let listed: Vec<String> = waves.iter().take(6).map(named).collect();
     run.summary.value(
         &format!("waves at {speed:.3} rad/s"),
@@ -177,20 +177,20 @@ fn tables(place: &str, frequency: &[f64], residual: &[f64]) -> Vec<Table> {
 }
 
 /// Nodal diameters of modes that have names.
-fn orders(place: &str, names: &[ModeName]) -> Option<Table> {
+fn orders(place: &str, names: &[ModeLabel]) -> Option<Table> {
     let values: Vec<f64> = names.iter().map(|n| f64::from(n.order)).collect();
     let text = "Nodal diameters of each mode at rest; waves on the length of a rail.";
     (!names.is_empty()).then(|| Table::list(&format!("/modes/{place}/diameters"), "1", text, values))
 }
 
 /// Component with the largest motion in each mode, where it is known.
-fn families(place: &str, names: &[ModeName]) -> Option<Table> {
+fn families(place: &str, names: &[ModeLabel]) -> Option<Table> {
     let text = "What of each mode moves most, numbered from 0 by frequency within a number of diameters.";
     let values: Vec<String> = names.iter().map(|n| n.family.clone()).collect();
     (!names.is_empty()).then(|| Table::list(&format!("/modes/{place}/family"), "-", text, values))
 }
 
-fn summarise(name: &str, (frequency, names): (&[f64], &[ModeName]), summary: &mut Summary) {
+fn summarise(name: &str, (frequency, names): (&[f64], &[ModeLabel]), summary: &mut Summary) {
     let rigid = frequency.iter().filter(|&&f| f == 0.0).count();
     let called = |k: usize| names.get(k).map_or(String::new(), |n| format!(" {n}"));
     let elastic: Vec<String> =

@@ -1,7 +1,7 @@
 //! Stability with a contact of one point beside the discretised one: what discretising the contact changes.
 
-use crate::case::examined::{Examined, Found};
 use crate::case::interface::creepage;
+use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::contact::baseline::{Ellipse, Footprint, Law, LinearForce, LAWS};
 use crate::grid::Interface;
 use crate::job::{self, Job, StabilityContact};
@@ -27,8 +27,8 @@ pub(super) fn ellipse(job: &Job, contact: &job::Contact, s: &Interface, pressure
 
 /// On rank 0: the eigenvalues with one point in place of the contact that was `found`, by each law; none where the
 /// job does not ask.
-pub(super) fn wanted(examined: &Examined, found: &Found) -> Result<Option<Comparison>> {
-    let Examined { job, stability, contact, model: (interface, pair) } = *examined;
+pub(super) fn wanted(examined: &StabilityProblem, found: &StabilityResult) -> Result<Option<Comparison>> {
+    let StabilityProblem { job, stability, contact, model: (interface, pair) } = *examined;
     let Some(state) = found.state.as_ref().filter(|_| stability.contact == StabilityContact::Point) else {
         return Ok(None);
     };

@@ -7,7 +7,7 @@ use crate::parallel::World;
 use crate::sound::bands::resolving_time;
 use crate::sound::{line, revolved, surface, Air, Bands, PowerSpectrum, Radiation, Welch};
 use crate::swept::{Infinite, OutlineModes, FORCES};
-use crate::transient::cycle::Heard;
+use crate::transient::cycle::AmplitudeRecord;
 use crate::{Error, Result};
 use num_complex::Complex64;
 use std::f64::consts::PI;
@@ -151,7 +151,7 @@ pub struct Sounding {
     parts: Vec<(&'static str, Channels, Radiation)>,
     bands: Bands,
     air: Air,
-    heard: Heard,
+    heard: AmplitudeRecord,
     welch: Welch,
 }
 
@@ -191,12 +191,12 @@ impl Sounding {
         let interval = stride as f64 * step;
         let welch = Welch::new(1.0 / interval, resolving_time(wanted.min_frequency));
         // One more sample than means between them, and some that rounding takes at the ends.
-        let heard = Heard { stride: stride as usize, time: (welch.length() + 3) as f64 * interval };
+        let heard = AmplitudeRecord { stride: stride as usize, time: (welch.length() + 3) as f64 * interval };
         Ok(Self { parts: parts.collect(), bands, air: air(wanted), heard, welch })
     }
 
     /// Quantities of a motion to be recorded.
-    pub fn heard(&self) -> Heard {
+    pub fn heard(&self) -> AmplitudeRecord {
         self.heard
     }
 

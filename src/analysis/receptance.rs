@@ -3,7 +3,7 @@
 use super::reduction::Reduction;
 use super::run::Run;
 use crate::case::interface::{given_forces, steady_rolling, steady_sliding};
-use crate::contact::sliding::SlidingProblem;
+use crate::contact::full_sliding::SlidingProblem;
 use crate::contact::SteadyProblem;
 use crate::friction::FrictionLaw;
 use crate::grid::Interface;

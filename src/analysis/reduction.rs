@@ -1,8 +1,8 @@
 //! The reduced model of a job's bodies: modes and compliance come from the finite elements (or the compliance from
 //! half-spaces, which have no modes); everything after this works on it alone.
 
-use super::deferred;
-use super::steps::Needs;
+use super::deferred_correction;
+use super::steps::Requirements;
 use crate::body::half_space::{is_uniform, HalfSpaceBody};
 use crate::body::hybrid::refuse_negative;
 use crate::body::{Body, TraceModes};
@@ -10,7 +10,7 @@ use crate::case::bodies::Bodies;
 use crate::case::interface::{convolution, half_space, interface_of, near};
 use crate::grid::{Interface, Transfer};
 use crate::job::{self, Compliance, Job, LinearSolver};
-use crate::model::{shared, AtContact, ReducedModel, SharedModel};
+use crate::model::{shared, ContactTrace, ReducedModel, SharedModel};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::{Error, Result};
@@ -49,21 +49,21 @@ impl Reduction {
             progress.note("as a convolution");
         } else if approximate {
             for index in 0..bodies.unique.len() {
-                probed.push(deferred::probe(bodies.fields(index)?, bodies.grid_of(index))?);
+                probed.push(deferred_correction::probe(bodies.fields(index)?, bodies.grid_of(index))?);
             }
         } else if contact.compliance.of_bodies() {
             for (i, body) in bodies.unique.iter().enumerate() {
                 let compliance = body.compliance(&mut |done, of| progress.step("contact rows", done, of))?;
                 parts.extend(compliance.map(|compliance| match modes.get(i) {
-                    Some(modes) => AtContact { modes: modes.clone(), compliance },
-                    None => AtContact::statics(compliance),
+                    Some(modes) => ContactTrace { modes: modes.clone(), compliance },
+                    None => ContactTrace::statics(compliance),
                 }));
             }
         } else {
             for p in &bodies.places {
                 let grid = interface.as_ref().map(|s| [&s.x[..], &s.y[..]]);
                 let body = HalfSpaceBody::new(world, p.name, half_space(p)?, grid);
-                parts.extend(body.compliance(&mut |_, _| {})?.map(AtContact::statics));
+                parts.extend(body.compliance(&mut |_, _| {})?.map(ContactTrace::statics));
             }
         }
         let root = world.on_root(|| {
@@ -72,7 +72,7 @@ impl Reduction {
                 return ReducedModel::of_half_spaces(interface, convolution);
             }
             if approximate {
-                parts = near(bodies, &interface, &probed)?.map(AtContact::statics).into();
+                parts = near(bodies, &interface, &probed)?.map(ContactTrace::statics).into();
             }
             let place = match (approximate || contact.compliance == Compliance::HalfSpace, &bodies.places[..]) {
                 (false, [lower, upper]) => [lower.body, upper.body],
@@ -157,9 +157,9 @@ fn residual_is_positive(bodies: &Bodies, model: &ReducedModel) -> Result<()> {
 }
 
 /// Requirements of the reduced model on the bodies.
-pub(super) fn needs(job: &Job) -> Needs {
+pub(super) fn needs(job: &Job) -> Requirements {
     let elements = job.contact.as_ref().is_some_and(|c| c.compliance.of_bodies());
-    Needs { solvers: elements, shapes: elements && job.analyses.modes.is_some() }
+    Requirements { solvers: elements, shapes: elements && job.analyses.modes.is_some() }
 }
 
 /// Returns whether the compliance of the bodies is left unmade: an iterative solver gives one displacement at a time,

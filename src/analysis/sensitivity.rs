@@ -3,10 +3,10 @@
 
 use super::stability::mode_name;
 use crate::body::Side;
-use crate::case::examined::{Examined, Found};
+use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::contact::LinearContact;
 use crate::job::{self, Job};
-use crate::model::{ModalPair, ReducedModel};
+use crate::model::{CoupledModel, ReducedModel};
 use crate::stability::reduced::Eigenpair;
 use crate::stability::sensitivity::{Derivative, Linearisation, Parameter, Sensitivities};
 use crate::summary::Summary;
@@ -21,7 +21,11 @@ const CREEPAGE: f64 = 1e-4;
 
 /// The derivatives of the eigenvalues `found` by all that the job has one number for. `examined` is what they were
 /// found of, on `model`.
-pub(super) fn analyse(examined: &Examined, found: &Found, model: &ReducedModel) -> Result<Sensitivities> {
+pub(super) fn analyse(
+    examined: &StabilityProblem,
+    found: &StabilityResult,
+    model: &ReducedModel,
+) -> Result<Sensitivities> {
     let study = Study { examined, model };
     let here =
         Linearisation::new(&model.pair, &found.contact, &found.spectrum.eigenpairs, examined.stability.tolerance)?;
@@ -36,13 +40,13 @@ pub(super) fn analyse(examined: &Examined, found: &Found, model: &ReducedModel) 
 
 /// Stability problem under examination.
 struct Study<'a> {
-    examined: &'a Examined<'a>,
+    examined: &'a StabilityProblem<'a>,
     model: &'a ReducedModel,
 }
 
 impl Study<'_> {
     /// The parameters of the job, with their values and the sizes that steps are measured by.
-    fn parameters(&self, found: &Found) -> Vec<(Parameter, f64, f64)> {
+    fn parameters(&self, found: &StabilityResult) -> Vec<(Parameter, f64, f64)> {
         let contact = self.examined.contact;
         let mut all = Vec::new();
         let mut add = |parameter, value: f64, size: f64| all.push((parameter, value, size));
@@ -93,8 +97,8 @@ impl Study<'_> {
     }
 
     /// The bodies, where they change, and the linearised contact with a parameter changed by `by`.
-    fn moved(&self, parameter: Parameter, by: f64) -> Result<(Option<ModalPair>, LinearContact)> {
-        let Examined { job, stability, contact, model: (interface, pair) } = *self.examined;
+    fn moved(&self, parameter: Parameter, by: f64) -> Result<(Option<CoupledModel>, LinearContact)> {
+        let StabilityProblem { job, stability, contact, model: (interface, pair) } = *self.examined;
         let mut contact: job::Contact = contact.clone();
         let mut moved = None;
         match parameter {
@@ -120,7 +124,7 @@ impl Study<'_> {
             Parameter::UpperPosition => moved = Some(pair.with_contact_moved(interface, Side::Upper, by)),
         }
         let model = (interface, moved.as_ref().unwrap_or(pair));
-        let (_, linear) = Examined { job, stability, contact: &contact, model }.at_rest()?;
+        let (_, linear) = StabilityProblem { job, stability, contact: &contact, model }.at_rest()?;
         Ok((moved, linear))
     }
 }
@@ -136,7 +140,7 @@ const CURES: usize = 4;
 
 /// Changes that would end the growth of the eigenvalue `index`, `pair`, by its derivatives alone, the smallest changes
 /// first; `model` has its modes.
-pub(super) fn cures(all: &Sensitivities, index: usize, pair: &Eigenpair, model: &ModalPair) -> String {
+pub(super) fn cures(all: &Sensitivities, index: usize, pair: &Eigenpair, model: &CoupledModel) -> String {
     let growth = pair.growth_rate();
     // Changes with their sizes over what would be a large one.
     let mut found: Vec<(f64, String)> = Vec::new();
@@ -196,7 +200,11 @@ pub(super) fn warn(all: &Sensitivities, summary: &mut Summary) {
 }
 
 /// On rank 0: those that the job asks for.
-pub(super) fn wanted(examined: &Examined, found: &Found, model: &ReducedModel) -> Result<Option<Sensitivities>> {
+pub(super) fn wanted(
+    examined: &StabilityProblem,
+    found: &StabilityResult,
+    model: &ReducedModel,
+) -> Result<Option<Sensitivities>> {
     if !examined.stability.sensitivities {
         return Ok(None);
     }

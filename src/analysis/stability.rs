@@ -2,13 +2,13 @@
 
 use super::reduction::Reduction;
 use super::run::Run;
-use super::steps::Needs;
+use super::steps::Requirements;
 use super::{complex_modes, full_stability, point, sensitivity};
 use crate::case::bodies::Bodies;
-use crate::case::examined::{Examined, Found};
+use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::case::well_posed;
 use crate::job::{self, Job};
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::output::datasets::stability::{causes, confirmations, derivatives, eigenvalues, equilibrium, of_point};
 use crate::stability::confirmation;
 use crate::stability::criterion::{criteria, Criterion};
@@ -27,13 +27,13 @@ pub(super) fn run(
     stability: &job::Stability,
     contact: &job::Contact,
     parts: &Parts,
-) -> Result<(Option<Found>, Option<FullResult>)> {
+) -> Result<(Option<StabilityResult>, Option<FullResult>)> {
     let (world, job) = (run.world(), run.job);
     let Parts { bodies, shapes, model } = parts;
     run.progress.stage("stability");
     let found = world.on_root(|| {
         let root = model.root()?;
-        let examined = Examined { job, stability, contact, model: (&root.interface, &root.pair) };
+        let examined = StabilityProblem { job, stability, contact, model: (&root.interface, &root.pair) };
         let found = examined.analyse()?;
         let smallest = well_posed::smallest(&contact.friction, |law| examined.sharpness(law))?;
         let sensitivities = sensitivity::wanted(&examined, &found, root)?;
@@ -65,7 +65,7 @@ pub(super) fn run(
         }
         None => None,
     };
-    if let (Some(Found { state, spectrum, .. }), Some(root)) = (&found, model.on_root()) {
+    if let (Some(StabilityResult { state, spectrum, .. }), Some(root)) = (&found, model.on_root()) {
         run.file.tables(eigenvalues(spectrum, root, full.as_ref()));
         let tables = state.as_ref().map(|s| equilibrium(s, contact.friction.memory().is_some()));
         run.file.tables(tables.unwrap_or_default());
@@ -129,9 +129,9 @@ pub(super) fn turns_in_full(job: &Job) -> bool {
 }
 
 /// Requirements of the analysis on the bodies: those of the full system come with their displacements.
-pub(super) fn needs(job: &Job, wanted: &job::Stability) -> Needs {
+pub(super) fn needs(job: &Job, wanted: &job::Stability) -> Requirements {
     let full = wanted.full.is_some();
-    Needs { solvers: writes_shapes(job) && !full, shapes: writes_shapes(job) || full }
+    Requirements { solvers: writes_shapes(job) && !full, shapes: writes_shapes(job) || full }
 }
 
 /// Contributions of the bodies.
@@ -177,7 +177,7 @@ fn told(spectrum: &Spectrum) -> usize {
 pub(super) fn summarise(
     spectrum: &Spectrum,
     moves: &str,
-    (model, sensitivities, criteria): (&ModalPair, Option<&Sensitivities>, &[Criterion]),
+    (model, sensitivities, criteria): (&CoupledModel, Option<&Sensitivities>, &[Criterion]),
     summary: &mut Summary,
 ) {
     let unstable: Vec<&Eigenpair> = unstable_places(spectrum).map(|i| &spectrum.eigenpairs[i]).collect();
@@ -243,7 +243,7 @@ fn cause(c: &Criterion) -> String {
 }
 
 /// The name of the free mode `k` of `model`.
-pub(super) fn mode_name(model: &ModalPair, k: usize) -> String {
+pub(super) fn mode_name(model: &CoupledModel, k: usize) -> String {
     let (body, names, k) = match k.checked_sub(model.lower_modes) {
         None => ("lower", &model.names[0], k),
         Some(k) => ("upper", &model.names[1], k),
@@ -253,7 +253,7 @@ pub(super) fn mode_name(model: &ModalPair, k: usize) -> String {
 }
 
 /// The free modes that make up an eigenvector, the largest shares first.
-fn partners(model: &ModalPair, pair: &Eigenpair) -> String {
+fn partners(model: &CoupledModel, pair: &Eigenpair) -> String {
     let mut shares: Vec<(usize, f64)> = participation(model, pair).into_iter().enumerate().collect();
     shares.sort_by(|a, b| b.1.total_cmp(&a.1));
     let large = shares.iter().take(3).filter(|(_, s)| *s > 0.01);

@@ -1,18 +1,18 @@
 //! The analysis `steady`: rolling with friction, everything constant in time.
 
-use super::deferred;
+use super::deferred_correction;
 use super::reduction::{by_products, Reduction};
 use super::run::Run;
-use super::steps::Needs;
+use super::steps::Requirements;
 use crate::body::Side;
 use crate::case::bodies::{Bodies, Place};
 use crate::case::interface::steady_rolling;
-use crate::case::placed;
+use crate::case::wheel_rail_geometry;
 use crate::contact::consistent::{ConsistentSolution, ConsistentSteady};
 use crate::contact::SteadySolution;
 use crate::grid::{ContactGrid, Interface, Transfer};
 use crate::job::{self, Compliance, Job, Quadrature};
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::output::datasets::contact::{consistent, tables};
 use crate::output::{averaged, contact_fields, GridPatch, PointField, ResultFile, Table};
 use crate::parallel::World;
@@ -21,9 +21,9 @@ use crate::{Error, Result};
 
 /// Requirements of the analysis on the bodies: their displacements, for the fields or because their compliance is not
 /// made.
-pub(super) fn needs(job: &Job) -> Needs {
+pub(super) fn needs(job: &Job) -> Requirements {
     let elements = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::Fe);
-    Needs { solvers: elements && (job.output.fields || by_products(job)), shapes: false }
+    Requirements { solvers: elements && (job.output.fields || by_products(job)), shapes: false }
 }
 
 /// Collective: the steady state, its tables and, with finite elements, its fields on the bodies.
@@ -50,7 +50,7 @@ pub fn run(
             solution
         })
     } else if model.approximate {
-        let found = deferred::solve(run, problem.as_ref(), steady.tolerance, bodies)?;
+        let found = deferred_correction::solve(run, problem.as_ref(), steady.tolerance, bodies)?;
         displacements = Some(found.displacements);
         found.solution
     } else {
@@ -58,7 +58,7 @@ pub fn run(
     };
     if let (Some(s), Some(solution)) = (interface, &solution) {
         if contact.placement.is_some() {
-            run.file.tables(placed::tables(run.job, |i| solution.pressure[i] > 0.0)?);
+            run.file.tables(wheel_rail_geometry::tables(run.job, |i| solution.pressure[i] > 0.0)?);
         }
         run.file.tables(tables(s, solution, !contact.friction.is_constant()));
         if let Some((field, area)) = &between {
@@ -178,7 +178,7 @@ fn summarise(contact: &job::Contact, (s, r): (&Interface, &SteadySolution), summ
 }
 
 /// Displacement of the bodies at the middle of the contact that the placement already includes.
-fn deflection(interface: &Interface, pair: &ModalPair, solution: &SteadySolution) -> Option<[f64; 3]> {
+fn deflection(interface: &Interface, pair: &CoupledModel, solution: &SteadySolution) -> Option<[f64; 3]> {
     let of = |i: usize| {
         let [x, y] = solution.traction[i];
         [x, y, solution.pressure[i]].map(|v| v * interface.weight[i])

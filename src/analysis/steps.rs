@@ -9,7 +9,7 @@ use crate::job::Job;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Step {
     /// The reduced models of earlier runs are read: that of `--reuse`, that of a run that is continued.
-    Earlier,
+    PriorRun,
     /// The bodies are meshed, distributed and assembled.
     Bodies,
     /// The mode shapes that an earlier run wrote are read.
@@ -44,7 +44,7 @@ pub enum Step {
 
 /// Requirements of a step on earlier steps.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Needs {
+pub struct Requirements {
     /// Static solves of the bodies.
     pub solvers: bool,
     /// Shapes of the free-interface modes on the bodies.
@@ -53,7 +53,7 @@ pub struct Needs {
 
 /// State that the steps of a job depend on, beside the job itself.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Earlier {
+pub struct PriorRun {
     /// Modes and compliance come from an earlier run (`--reuse`).
     pub reuse: bool,
     /// A transient is continued with the model that it was begun with (`--resume`).
@@ -68,7 +68,7 @@ pub struct Earlier {
     pub left: bool,
 }
 
-impl Earlier {
+impl PriorRun {
     /// Returns whether an earlier run gives the compliance.
     pub fn compliance(self) -> bool {
         self.resume || (self.reuse && !self.alone)
@@ -89,7 +89,7 @@ pub fn is_heard(job: &Job) -> bool {
 /// True if the modes of bodies swept from a section are found again, which takes seconds, for a run that takes up one
 /// that did not come to its end: their shapes are written or sound and were not kept; or the compliance is made beside
 /// them.
-fn finds_again(job: &Job, earlier: Earlier) -> bool {
+fn finds_again(job: &Job, earlier: PriorRun) -> bool {
     let bodies = job.bodies();
     let swept = job.is_swept() && !bodies.iter().any(|(_, b)| b.is_meshed());
     let sounds = job.analyses.transient.as_ref().is_some_and(|t| t.sound_power.is_some());
@@ -99,15 +99,15 @@ fn finds_again(job: &Job, earlier: Earlier) -> bool {
 }
 
 /// Requirements of the analyses of the job on the bodies.
-fn analyses(job: &Job, resume: bool) -> Vec<(Step, Needs)> {
+fn analyses(job: &Job, resume: bool) -> Vec<(Step, Requirements)> {
     let wanted = &job.analyses;
     let all = [
-        (Step::Receptance, wanted.receptance.as_ref().map(|_| Needs::default())),
+        (Step::Receptance, wanted.receptance.as_ref().map(|_| Requirements::default())),
         (Step::Stability, wanted.stability.as_ref().map(|s| stability::needs(job, s))),
         (Step::Steady, wanted.steady.as_ref().map(|_| steady::needs(job))),
-        (Step::CreepCurve, wanted.creep_curve.as_ref().map(|_| Needs::default())),
+        (Step::CreepCurve, wanted.creep_curve.as_ref().map(|_| Requirements::default())),
         (Step::Transient, wanted.transient.as_ref().map(|t| transient::needs(t, resume))),
-        (Step::Cycles, wanted.cycles.as_ref().map(|_| Needs::default())),
+        (Step::Cycles, wanted.cycles.as_ref().map(|_| Requirements::default())),
     ];
     all.into_iter().filter_map(|(s, n)| n.map(|n| (s, n))).collect()
 }
@@ -119,7 +119,7 @@ pub fn seeks_shapes(job: &Job, resume: bool) -> bool {
 }
 
 /// The steps of `job`, sweeps apart.
-pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
+pub fn steps(job: &Job, earlier: PriorRun) -> Vec<Step> {
     let wanted = &job.analyses;
     let analyses = analyses(job, earlier.resume);
     let contact = job.contact.is_some() && !analyses.is_empty();
@@ -133,42 +133,45 @@ pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
     // The shapes that a finished run wrote for ParaView are those of stability alone.
     let shown = earlier.reuse && stability::writes_shapes(job);
     let from_file = given && ((earlier.shapes && sought) || shown);
-    let met = |step: Step, needs: Needs| {
+    let met = |step: Step, needs: Requirements| {
         let shapes = needs.shapes && (!given || (from_file && (earlier.shapes || step == Step::Stability)));
         // What prestress rotation makes is found again.
         let turning = given && shapes && step == Step::Stability && stability::turns_in_full(job);
-        Needs { solvers: turning || (needs.solvers && (shapes || !needs.shapes)), shapes }
+        Requirements { solvers: turning || (needs.solvers && (shapes || !needs.shapes)), shapes }
     };
-    let met: Vec<(Step, Needs)> = analyses.iter().map(|&(step, needs)| (step, met(step, needs))).collect();
+    let met: Vec<(Step, Requirements)> = analyses.iter().map(|&(step, needs)| (step, met(step, needs))).collect();
     let alone = earlier.reuse && !earlier.compliance();
     let heard = is_heard(job);
-    let bodies = !given || alone || job.output.fields || heard || met.iter().any(|(_, n)| *n != Needs::default());
+    let bodies =
+        !given || alone || job.output.fields || heard || met.iter().any(|(_, n)| *n != Requirements::default());
 
     let mut steps = Vec::new();
-    let mut add = |step: Step, needs: Needs| steps.push((step, needs));
+    let mut add = |step: Step, needs: Requirements| steps.push((step, needs));
     if earlier.reuse || earlier.resume {
-        add(Step::Earlier, Needs::default());
+        add(Step::PriorRun, Requirements::default());
     }
     if bodies {
-        add(Step::Bodies, Needs::default());
+        add(Step::Bodies, Requirements::default());
     }
     if from_file {
-        add(Step::EarlierShapes, Needs::default());
+        add(Step::EarlierShapes, Requirements::default());
     }
-    add(Step::Solvers, Needs::default());
+    add(Step::Solvers, Requirements::default());
     match wanted.modes {
-        Some(_) if given => add(Step::EarlierModes, Needs { solvers: false, shapes: from_file && earlier.shapes }),
+        Some(_) if given => {
+            add(Step::EarlierModes, Requirements { solvers: false, shapes: from_file && earlier.shapes })
+        }
         // Orders of Fourier have their modes without static solves.
-        Some(_) => add(Step::Modes, Needs { solvers: !swept, shapes: false }),
+        Some(_) => add(Step::Modes, Requirements { solvers: !swept, shapes: false }),
         None => {}
     }
     if wanted.steady.is_none() && job.output.fields {
-        add(Step::Geometry, Needs::default());
+        add(Step::Geometry, Requirements::default());
     }
     if contact {
-        let needs = if kept && !alone { Needs::default() } else { reduction::needs(job) };
+        let needs = if kept && !alone { Requirements::default() } else { reduction::needs(job) };
         // Shapes computed again are turned to those of the model that was kept.
-        add(Step::Model, Needs { shapes: again || (needs.shapes && !given), ..needs });
+        add(Step::Model, Requirements { shapes: again || (needs.shapes && !given), ..needs });
         met.into_iter().for_each(|(step, needs)| add(step, needs));
     }
     let elements = needs_elements(job) && bodies;
@@ -177,8 +180,8 @@ pub fn steps(job: &Job, earlier: Earlier) -> Vec<Step> {
 
 /// The steps, without solvers that nothing asks for, and with the moments when solvers and shapes are freed, if they
 /// are.
-fn freed(steps: Vec<(Step, Needs)>, [solvers, shapes]: [bool; 2]) -> Vec<Step> {
-    let last = |of: fn(&Needs) -> bool| steps.iter().rposition(|(_, n)| of(n));
+fn freed(steps: Vec<(Step, Requirements)>, [solvers, shapes]: [bool; 2]) -> Vec<Step> {
+    let last = |of: fn(&Requirements) -> bool| steps.iter().rposition(|(_, n)| of(n));
     let solvers = last(|n| n.solvers).filter(|_| solvers);
     let shapes = last(|n| n.shapes).filter(|_| shapes);
     let mut all = Vec::new();
@@ -198,7 +201,7 @@ fn freed(steps: Vec<(Step, Needs)>, [solvers, shapes]: [bool; 2]) -> Vec<Step> {
 
 #[cfg(test)]
 mod tests {
-    use super::Earlier as Before;
+    use super::PriorRun as Before;
     use super::*;
     use crate::job::example::two_cylinders as job;
     use Step::*;
@@ -224,11 +227,22 @@ mod tests {
         let none = ["analyses.modes=null", "analyses.stability=null", "contact.compliance=half_space"];
         assert_eq!(of(&none, Before::default()), [Bodies, Model, Steady]);
         let reuse = Before { reuse: true, ..Before::default() };
-        assert_eq!(of(&["output.fields=false"], reuse), [Earlier, EarlierModes, Model, Stability, Steady]);
+        assert_eq!(of(&["output.fields=false"], reuse), [PriorRun, EarlierModes, Model, Stability, Steady]);
         let shapes = of(&["analyses.steady=null"], reuse);
         assert_eq!(
             shapes,
-            [Earlier, Bodies, EarlierShapes, Solvers, EarlierModes, Geometry, Model, Stability, FreeSolvers, FreeModes]
+            [
+                PriorRun,
+                Bodies,
+                EarlierShapes,
+                Solvers,
+                EarlierModes,
+                Geometry,
+                Model,
+                Stability,
+                FreeSolvers,
+                FreeModes
+            ]
         );
     }
 
@@ -237,27 +251,27 @@ mod tests {
     fn nothing_is_made_that_is_on_the_disk() {
         let left = Before { reuse: true, own: true, shapes: true, ..Before::default() };
         let steady = "analyses.steady=null";
-        let whole = [Earlier, Bodies, EarlierShapes, Solvers, EarlierModes, Geometry, Model];
+        let whole = [PriorRun, Bodies, EarlierShapes, Solvers, EarlierModes, Geometry, Model];
         assert_eq!(of(&[steady], left), [&whole[..], &[Stability, FreeSolvers, FreeModes]].concat());
         // The compliance is made with the modes that were kept.
         let alone = Before { alone: true, ..left };
         assert_eq!(of(&[steady], alone), [&whole[..], &[Stability, FreeSolvers, FreeModes]].concat());
         let dense = Before { shapes: false, ..alone };
         let bare = of(&[steady, "output.fields=false"], dense);
-        assert_eq!(bare, [Earlier, Bodies, Solvers, EarlierModes, Model, FreeSolvers, Stability]);
+        assert_eq!(bare, [PriorRun, Bodies, Solvers, EarlierModes, Model, FreeSolvers, Stability]);
         // What the full system is reduced with.
         let full = "analyses.stability.full={\"max_frequency\": 500}";
         let full = of(&[steady, "output.fields=false", full], left);
-        assert_eq!(full, [Earlier, Bodies, EarlierShapes, EarlierModes, Model, Stability, FreeModes]);
+        assert_eq!(full, [PriorRun, Bodies, EarlierShapes, EarlierModes, Model, Stability, FreeModes]);
         let transient = ["analyses.transient={\"duration\": 0.01, \"body_stride\": 10}", "analyses.stability=null"];
         let resumed = Before { resume: true, shapes: true, ..Before::default() };
         let moving = of(&[&transient[..], &[steady, "output.fields=false"]].concat(), resumed);
         assert_eq!(
             moving,
-            [Earlier, Bodies, EarlierShapes, Solvers, EarlierModes, Model, Transient, FreeSolvers, FreeModes]
+            [PriorRun, Bodies, EarlierShapes, Solvers, EarlierModes, Model, Transient, FreeSolvers, FreeModes]
         );
         let fields = of(&["analyses.transient={\"duration\": 0.01}", "analyses.stability=null", steady], resumed);
-        assert_eq!(fields, [Earlier, Bodies, EarlierShapes, EarlierModes, FreeModes, Geometry, Model, Transient]);
+        assert_eq!(fields, [PriorRun, Bodies, EarlierShapes, EarlierModes, FreeModes, Geometry, Model, Transient]);
     }
 
     /// The sound of limit cycles takes the shapes of the modes, which a run that is stopped leaves; those of a
@@ -269,7 +283,7 @@ mod tests {
         let all = of(&sets, Before::default());
         assert_eq!(all, [Bodies, Solvers, Modes, Model, FreeSolvers, Stability]);
         let left = Before { reuse: true, own: true, shapes: true, ..Before::default() };
-        let again = [Earlier, Bodies, EarlierShapes, EarlierModes, Model, Stability];
+        let again = [PriorRun, Bodies, EarlierShapes, EarlierModes, Model, Stability];
         assert_eq!(of(&sets, left), again);
     }
 
@@ -284,9 +298,9 @@ mod tests {
         };
         let left = Before { reuse: true, own: true, left: true, ..Before::default() };
         let again = of(&[], left);
-        assert!(again.starts_with(&[Earlier, Bodies, Modes, Model]), "{again:?}");
+        assert!(again.starts_with(&[PriorRun, Bodies, Modes, Model]), "{again:?}");
         assert!(!again.contains(&Solvers) && !again.contains(&EarlierModes), "{again:?}");
-        assert!(of(&[], Before { alone: true, ..left }).starts_with(&[Earlier, Bodies, Solvers, Modes, Model]));
+        assert!(of(&[], Before { alone: true, ..left }).starts_with(&[PriorRun, Bodies, Solvers, Modes, Model]));
         // Nothing shows them, and the file of a finished run.
         let hidden = ["output.swept_modes=false"];
         assert!(!of(&hidden, left).contains(&Modes) && of(&hidden, left).contains(&EarlierModes));
@@ -307,13 +321,13 @@ mod tests {
             let sets = ["analyses.steady=null", "analyses.stability=null", "output.fields=false", &set];
             of(&sets, Before { resume: true, ..Before::default() })
         };
-        let dense = [Earlier, EarlierModes, Model, Transient];
+        let dense = [PriorRun, EarlierModes, Model, Transient];
         // The first segment has what moves the points, and how the modes radiate.
         let point = "{\"name\": \"rim\", \"body\": \"upper\", \"at\": [0, 0, 0]}";
         for more in ["".into(), ", \"sound_power\": {}".into(), format!(", \"points\": [{point}]")] {
             assert_eq!(resumed(&more), dense);
         }
-        let moving = [Earlier, Bodies, Solvers, Modes, Model, Transient, FreeSolvers, FreeModes];
+        let moving = [PriorRun, Bodies, Solvers, Modes, Model, Transient, FreeSolvers, FreeModes];
         assert_eq!(resumed(", \"body_stride\": 10"), moving);
         let moving = transient(", \"body_stride\": 10");
         assert_eq!(moving, [Bodies, Solvers, Modes, Model, Transient, FreeSolvers, FreeModes]);

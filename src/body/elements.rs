@@ -1,17 +1,17 @@
 //! A body of finite elements with the solver and the modes that belong to it.
 
+use super::collective_order::CollectiveOrderCheck;
 use super::fe::{BodyModes, FeBody};
 use super::half_space::HalfSpace;
 use super::hybrid::Hybrid;
 use super::modes::{self, Extent};
 use super::nearest::Nearest;
-use super::order::Order;
-use super::residual::{self, NodeMotion};
+use super::residual_flexibility::{self, NodeRecovery};
 use super::rigid_motions;
 use super::rotation::{self, ModalRotation, RotationForms};
 use super::statics::Statics;
 use super::trace::Trace;
-use super::{Body, Fields, FullSystem, Kind, ModeName, Steps, TraceModes};
+use super::{Body, Fields, FullSystem, Kind, ModeLabel, ProgressFn, TraceModes};
 use crate::eigen::sparse;
 use crate::fem::dofs::FIXED;
 use crate::fem::rotation::Axis;
@@ -48,13 +48,13 @@ pub struct Elements<'p> {
     spread: Option<Vec<[f64; 3]>>,
     statics: RefCell<Option<Statics<'p>>>,
     shapes: Option<BodyModes>,
-    order: Order,
+    order: CollectiveOrderCheck,
 }
 
 impl<'p> Elements<'p> {
     /// The body `fe`, whose static problems are to be solved by `method`.
     pub fn new(petsc: &'p Petsc<'p>, fe: FeBody, method: Method) -> Self {
-        let order = Order::new(&fe.name);
+        let order = CollectiveOrderCheck::new(&fe.name);
         let eigen = sparse::Method::default();
         let half_space = HalfSpace { young: fe.material.young, poisson: fe.material.poisson };
         let hybrid = fe.means.as_ref().map(|m| Hybrid::new(half_space, Some([&m.grid[0][..], &m.grid[1][..]])));
@@ -156,7 +156,7 @@ impl Body for Elements<'_> {
         Ok(())
     }
 
-    fn compliance(&self, steps: &mut Steps) -> Result<Option<Mat<f64>>> {
+    fn compliance(&self, steps: &mut ProgressFn) -> Result<Option<Mat<f64>>> {
         let world = self.enter("compliance")?;
         if let Some(hybrid) = &self.hybrid {
             return hybrid.compliance(world, &self.fe.name);
@@ -164,7 +164,7 @@ impl Body for Elements<'_> {
         self.fe.compliance(world, &mut *self.solver()?, steps)
     }
 
-    fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
+    fn modes(&mut self, extent: Extent, steps: &mut ProgressFn) -> Result<TraceModes> {
         let world = self.enter("modes")?;
         let found = modes::compute(self.petsc, &self.fe, &mut *self.solver()?, extent, self.eigen, steps)?;
         let (omega, residual) = (found.omega.clone(), found.residual.clone());
@@ -192,7 +192,7 @@ impl Body for Elements<'_> {
         let springs = springs.unwrap_or_default();
         self.shapes = Some(found);
         let orders = rotation.as_ref().map(ModalRotation::diameters).unwrap_or_default();
-        let names = ModeName::of_orders(&orders);
+        let names = ModeLabel::of_orders(&orders);
         Ok(TraceModes { omega, residual, rows, damping, springs, reach, rotation, names, ..TraceModes::default() })
     }
 
@@ -323,8 +323,8 @@ impl Fields for Elements<'_> {
         self.fe.trace.at(self.petsc.world(), motion)
     }
 
-    fn node_motion(&self, contact_modes: Option<MatRef<'_, f64>>, node: Option<usize>) -> Result<NodeMotion> {
+    fn node_motion(&self, contact_modes: Option<MatRef<'_, f64>>, node: Option<usize>) -> Result<NodeRecovery> {
         let world = self.enter("node_motion")?;
-        residual::at_node(world, &self.fe, &mut *self.solver()?, self.known_shapes()?, contact_modes, node)
+        residual_flexibility::at_node(world, &self.fe, &mut *self.solver()?, self.known_shapes()?, contact_modes, node)
     }
 }

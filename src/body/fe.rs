@@ -1,6 +1,6 @@
 //! A finite-element body: its share of the mesh, its matrices, and what contact asks of them.
 
-use super::means::{self, MeanTraces};
+use super::averaged_trace::{self, AveragedTrace};
 use super::rigid_motions::RigidMotions;
 use super::statics::Statics;
 use super::supports::{Effect, Supported};
@@ -34,7 +34,7 @@ pub struct FeBody {
     /// Its contact rows; none where it has no contact surface.
     pub trace: Trace,
     /// Terms of its contact rows, where they follow from means over a disc.
-    pub means: Option<MeanTraces>,
+    pub means: Option<AveragedTrace>,
     /// Terms of its supports beside stiffness and mass.
     pub effect: Effect,
     /// The rigid motions that its supports leave free.
@@ -94,7 +94,7 @@ impl FeBody {
         let node_ghosts = Exchange::new(world, &part.ranges, part.node_ids.iter().copied());
         let supported = rigid.is_empty();
         let first = |node: u32| first_at(name, node, &part, &dofs);
-        let (trace, means) = means::trace(world, &dofs.ranges, grid, &first)?;
+        let (trace, means) = averaged_trace::trace(world, &dofs.ranges, grid, &first)?;
         world.agree(contact_is_free(name, &trace, &effect))?;
         let name = name.into();
         Ok(Self { name, part, dofs, material, operators, trace, means, effect, rigid, supported, ghosts, node_ghosts })

@@ -8,7 +8,7 @@
 
 use super::hybrid::Compact;
 use super::modes::Extent;
-use super::{Body, Kind, Steps, TraceModes};
+use super::{Body, Kind, ProgressFn, TraceModes};
 use crate::parallel::World;
 use crate::swept::LOADS;
 use crate::{Error, Result};
@@ -175,7 +175,7 @@ impl Body for HalfSpaceBody<'_> {
         3 * self.x.len() * self.y.len()
     }
 
-    fn compliance(&self, _: &mut Steps) -> Result<Option<Mat<f64>>> {
+    fn compliance(&self, _: &mut ProgressFn) -> Result<Option<Mat<f64>>> {
         self.world.on_root(|| self.material.compliance(&self.x, &self.y))
     }
 
@@ -184,7 +184,7 @@ impl Body for HalfSpaceBody<'_> {
     }
 
     /// None: it has no inertia that would reflect waves.
-    fn modes(&mut self, _: Extent, _: &mut Steps) -> Result<TraceModes> {
+    fn modes(&mut self, _: Extent, _: &mut ProgressFn) -> Result<TraceModes> {
         let rows = self.world.is_root().then(|| Mat::zeros(Body::rows(self), 0));
         Ok(TraceModes { rows, reach: f64::INFINITY, ..TraceModes::default() })
     }

@@ -1,10 +1,10 @@
 //! A body given by matrices, as contact takes it.
 
+use super::collective_order::CollectiveOrderCheck;
 use super::fe::BodyModes;
 use super::matrices::{reduce, scatter, Matrices, Reduced};
 use super::modes::Extent;
-use super::order::Order;
-use super::{Body, FullSystem, Kind, Steps, Trace, TraceModes};
+use super::{Body, FullSystem, Kind, ProgressFn, Trace, TraceModes};
 use crate::eigen::sparse::Method;
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
@@ -27,7 +27,7 @@ pub struct MatrixBody<'p> {
     /// The reduction that gave the modes; within it nothing on ranks other than 0.
     reduced: Option<Option<Reduced>>,
     shapes: Option<BodyModes>,
-    order: Order,
+    order: CollectiveOrderCheck,
 }
 
 impl<'p> MatrixBody<'p> {
@@ -40,7 +40,7 @@ impl<'p> MatrixBody<'p> {
         let damping = damped.then(|| scatter(world, m.and_then(|m| m.damping.as_ref())));
         let rows = m.map(Matrices::rows);
         let trace = Trace::new(world, &stiffness.ranges, rows.as_deref())?;
-        let (name, order) = (name.to_owned(), Order::new(name));
+        let (name, order) = (name.to_owned(), CollectiveOrderCheck::new(name));
         let eigen = Method::default();
         Ok(Self { petsc, name, eigen, matrices, stiffness, mass, damping, trace, reduced: None, shapes: None, order })
     }
@@ -51,7 +51,7 @@ impl<'p> MatrixBody<'p> {
     }
 
     /// Collective: modes and compliance; on rank 0.
-    fn reduce(&self, extent: Extent, steps: &mut Steps) -> Result<Option<Reduced>> {
+    fn reduce(&self, extent: Extent, steps: &mut ProgressFn) -> Result<Option<Reduced>> {
         reduce(self.petsc, &self.name, self.matrices.as_ref(), extent, self.eigen, steps)
     }
 
@@ -67,7 +67,7 @@ impl<'p> MatrixBody<'p> {
     }
 
     /// Collective: the compliance, from the reduction that gave the modes or, without modes, from one of its own.
-    fn statics(&self, steps: &mut Steps) -> Result<Option<Mat<f64>>> {
+    fn statics(&self, steps: &mut ProgressFn) -> Result<Option<Mat<f64>>> {
         let of = |r: &Reduced| r.compliance.clone();
         if let Some(reduced) = &self.reduced {
             return Ok(reduced.as_ref().map(of));
@@ -107,12 +107,12 @@ impl Body for MatrixBody<'_> {
         self.trace.rows()
     }
 
-    fn compliance(&self, steps: &mut Steps) -> Result<Option<Mat<f64>>> {
+    fn compliance(&self, steps: &mut ProgressFn) -> Result<Option<Mat<f64>>> {
         self.enter("compliance")?;
         self.statics(steps)
     }
 
-    fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
+    fn modes(&mut self, extent: Extent, steps: &mut ProgressFn) -> Result<TraceModes> {
         let world = self.enter("modes")?;
         let reduced = self.reduce(extent, steps)?;
         let mut modes = reduced.as_ref().map(|r| r.modes.clone()).unwrap_or_default();

@@ -1,28 +1,28 @@
 //! Interface of a body to the contact, whatever it is made of.
 
 pub mod align;
-pub mod balanced;
+pub mod averaged_trace;
 pub mod clusters;
+pub mod collective_order;
 pub mod convolution;
 pub mod elements;
-pub mod elsewhere;
 pub mod fe;
+pub mod full_order_integrator;
 pub mod half_space;
 pub mod hybrid;
+pub mod inertia_relief;
 pub mod matrices;
 pub mod matrix_body;
 pub mod matrix_files;
 pub mod matrix_market;
 mod matrix_rows;
-pub mod means;
 pub mod modal;
+pub mod mode_cache;
+pub mod mode_label;
 pub mod modes;
-pub mod moving;
-pub mod name;
 pub mod nearest;
-pub mod order;
 pub mod rail;
-pub mod residual;
+pub mod residual_flexibility;
 pub mod rigid;
 pub mod rigid_motions;
 pub mod rotation;
@@ -33,21 +33,21 @@ pub mod trace;
 
 pub use convolution::Convolution;
 pub use modal::ModalMatrix;
-pub use name::ModeName;
+pub use mode_label::ModeLabel;
 pub use trace::{Side, Trace};
 
 use crate::mesh::distribute::MeshPart;
 use crate::petsc::csr::DistCsr;
 use crate::swept::{Infinite, OutlineModes, PictureModes};
 use crate::Result;
-use elsewhere::Elsewhere;
 use faer::{Mat, MatRef};
 use fe::BodyModes;
 use hybrid::Compact;
+use mode_cache::CachedModes;
 use modes::Extent;
 use nearest::Nearest;
-use residual::NodeMotion;
-use rotation::{ModalRotation, RotationForms, Turning};
+use residual_flexibility::NodeRecovery;
+use rotation::{ModalRotation, RotationForms, RotationTerms};
 
 /// A body as the interface sees it, dense, on rank 0. Contact rows are interleaved `3*i + c` over the nodes `i` of the
 /// contact grid; component `c` is x, y, and n = into the body (-z in lower form), so that pressure acts as `+p` on
@@ -61,7 +61,7 @@ pub struct ReducedBody {
     /// Modal damping C, 1/s; with gyroscopic terms of a body that rotates.
     pub damping: ModalMatrix,
     /// Terms of rotation in both; none of a body at rest.
-    pub turning: Option<Turning>,
+    pub turning: Option<RotationTerms>,
     /// Mass-normalised modes at the contact rows, 1/√kg, `[3n, m]`.
     pub contact_modes: Mat<f64>,
     /// Static compliance of the contact rows, m/N, `[3n, 3n]`, symmetric: the whole K⁻¹, modes included.
@@ -69,7 +69,7 @@ pub struct ReducedBody {
     /// Angular frequency up to which the modes are known, rad/s; infinite where these are all there are.
     pub reach: f64,
     /// Names of the modes, `[m]`; empty where that is not known.
-    pub names: Vec<ModeName>,
+    pub names: Vec<ModeLabel>,
 }
 
 impl ReducedBody {
@@ -105,7 +105,7 @@ pub struct TraceModes {
     /// Contribution of rotation of the body, where it was asked for; on every rank.
     pub rotation: Option<ModalRotation>,
     /// Names of the modes, `[m]`, where that is known; on every rank.
-    pub names: Vec<ModeName>,
+    pub names: Vec<ModeLabel>,
     /// Angular frequencies as they were computed, rad/s, `[m]`, where `omega` has measured ones; else empty. On every
     /// rank.
     pub computed: Vec<f64>,
@@ -119,7 +119,7 @@ impl TraceModes {
 }
 
 /// Progress callback: `(done, total)`, the total 0 where it is not known.
-pub type Steps<'a> = dyn FnMut(usize, usize) + 'a;
+pub type ProgressFn<'a> = dyn FnMut(usize, usize) + 'a;
 
 /// Kinds of bodies.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -193,7 +193,7 @@ pub trait Body {
 
     /// Collective: static compliance P K⁻¹ Pᵀ of the contact rows without rigid-body motions, m/N, `[3n, 3n]` on rank
     /// 0.
-    fn compliance(&self, steps: &mut Steps) -> Result<Option<Mat<f64>>>;
+    fn compliance(&self, steps: &mut ProgressFn) -> Result<Option<Mat<f64>>>;
 
     /// Low-rank data of its contact rows, where that is few numbers, the same on every rank, after [`Body::factorise`]
     /// and [`Body::modes`].
@@ -202,15 +202,15 @@ pub trait Body {
     }
 
     /// Collective: the free-interface modes that are wanted.
-    fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes>;
+    fn modes(&mut self, extent: Extent, steps: &mut ProgressFn) -> Result<TraceModes>;
 
     /// The modes that it has found, for another body, where they may serve one.
-    fn found(&self) -> Option<Elsewhere> {
+    fn found(&self) -> Option<CachedModes> {
         None
     }
 
     /// Takes modes that another body has found, for [`Body::modes`] to look whether they serve it.
-    fn take(&mut self, _found: &Elsewhere) {}
+    fn take(&mut self, _found: &CachedModes) {}
 
     /// Collective: static displacement of the contact rows, m, `[3n]` on rank 0, under forces on them, N, `[3n]` on
     /// rank 0.
@@ -307,7 +307,7 @@ pub trait Fields {
 
     /// Collective: what modes and contact forces do to an owned node, given on the rank that owns it. `contact_modes`
     /// are the modes at the contact rows, `[3n, m]`, on rank 0.
-    fn node_motion(&self, contact_modes: Option<MatRef<'_, f64>>, node: Option<usize>) -> Result<NodeMotion>;
+    fn node_motion(&self, contact_modes: Option<MatRef<'_, f64>>, node: Option<usize>) -> Result<NodeRecovery>;
 }
 
 /// A body whose matrices are at hand, distributed by rows.

@@ -58,7 +58,7 @@ pub fn compute(
             Statics::Direct(factor) => {
                 sparse::modes(petsc, factor, &pencil, &asked(wanted), progress).map_err(named)?
             }
-            Statics::Balanced(balanced) => {
+            Statics::InertiaRelief(balanced) => {
                 sparse::beside_known(petsc, &pencil, &mut **balanced, &asked(wanted - rigid), progress)
                     .map_err(named)?
             }

@@ -2,16 +2,18 @@
 //! period, the orders spread over the ranks; damping couples all modes of a family.
 
 use super::clusters;
-use super::elsewhere::{by_ranks, Elsewhere};
 use super::half_space::HalfSpace;
 use super::hybrid::{statics, Compact, Hybrid};
+use super::mode_cache::{by_ranks, CachedModes};
 use super::modes::Extent;
-use super::{Body, Kind, ModeName, Steps, TraceModes};
+use super::{Body, Kind, ModeLabel, ProgressFn, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order, seen};
-use crate::swept::waves::{self, Damping, Member, Wave};
-use crate::swept::{infinite, turned, Bays, Forms, Infinite, LineLoad, Picture, PictureModes, Seen, Square};
+use crate::swept::waves::{self, Damping, Member, RailMode};
+use crate::swept::{
+    infinite, turned, DiscreteSupports, DisplayMesh, Forms, Infinite, LineLoad, PictureModes, Seen, Square,
+};
 use crate::swept::{SectionContact, Track, FAMILY, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
@@ -23,7 +25,7 @@ const BEYOND: usize = 4;
 
 /// Construction parameters of a rail.
 #[derive(Debug, Clone)]
-pub struct Making<'a> {
+pub struct RailSpec<'a> {
     /// The section, with the contact point on its head.
     pub section: crate::swept::Rail,
     /// Its material.
@@ -33,7 +35,7 @@ pub struct Making<'a> {
     /// Track under the rail, spread evenly.
     pub track: Track,
     /// Positions of pads and sleepers, if they stand apart; its `track` is then the pads alone.
-    pub bays: Option<Bays>,
+    pub bays: Option<DiscreteSupports>,
     /// Its damping beside that of the track.
     pub damping: Damping,
     /// Angle of the contact's frame against the upright section, from y to z, rad; none: that of the surface at the
@@ -51,7 +53,7 @@ pub struct Rail<'w> {
     /// Meshed for the modes, in the frame of the surface at the contact point.
     forms: Rc<Forms>,
     track: Track,
-    bays: Option<Bays>,
+    bays: Option<DiscreteSupports>,
     damping: Damping,
     period: f64,
     /// Angle of the contact's frame against that of the surface, rad.
@@ -61,18 +63,18 @@ pub struct Rail<'w> {
     /// of many orders each.
     picture: Option<PictureModes>,
     /// Modes that it has found itself, or taken from elsewhere.
-    found: Option<Rc<Found>>,
+    found: Option<Rc<RailSpectrum>>,
 }
 
 /// The modes of a rail, and what they depend on.
-pub struct Found {
+pub struct RailSpectrum {
     forms: Rc<Forms>,
     /// Angle between the frame of their amplitudes and the upright section, rad.
     angle: f64,
     track: Track,
     losses: Damping,
     extent: Extent,
-    all: Vec<Wave>,
+    all: Vec<RailMode>,
     /// How many of them are kept.
     keep: usize,
     /// Their damping, 1/s, on rank 0; none with pads that stand apart.
@@ -81,8 +83,8 @@ pub struct Found {
 
 impl<'w> Rail<'w> {
     /// The rail `name`, the same on every rank.
-    pub fn new(world: &'w World, name: &str, making: Making) -> Result<Self> {
-        let Making { section, material, period, track, bays, damping, tilt, grid } = making;
+    pub fn new(world: &'w World, name: &str, making: RailSpec) -> Result<Self> {
+        let RailSpec { section, material, period, track, bays, damping, tilt, grid } = making;
         let angle = section.contact().angle;
         let forms = Forms::along(section.for_modes()?, material, period, Some(&track), angle)
             .map_err(|e| e.context(format!("bodies.{name}")))?;
@@ -139,45 +141,45 @@ impl<'w> Rail<'w> {
     }
 
     /// Collective: what contact and damping see of all modes up to ω = `limit`, rad/s.
-    fn up_to(&self, limit: f64, steps: &mut Steps) -> Result<Vec<Wave>> {
+    fn up_to(&self, limit: f64, steps: &mut ProgressFn) -> Result<Vec<RailMode>> {
         let (world, forms) = (self.world, &self.forms);
         let circle = self.contact.circle();
-        let size = |wave: &Wave| wave.omega.len().saturating_sub(self.idle());
+        let size = |wave: &RailMode| wave.omega.len().saturating_sub(self.idle());
         let mut found = 0;
         by_orders(world.size, size, |orders| {
             let n = orders[world.rank];
             steps(found, 0);
             let line = circle.map(|patch| (LineLoad::new(forms, patch, n, self.radius()), patch));
             let contact = line.as_ref().map(|(line, patch)| (line, *patch));
-            let mine = of_order(forms, n, limit).map(|modes| Wave::of(forms, modes, contact));
-            let all = Wave::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))?;
+            let mine = of_order(forms, n, limit).map(|modes| RailMode::of(forms, modes, contact));
+            let all = RailMode::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))?;
             found += all.iter().map(size).sum::<usize>();
             Ok(all)
         })
     }
 
     /// Collective: the modes up to `extent` found by another rail, where these are those of this one.
-    fn found_elsewhere(&self, extent: Extent) -> Option<(Rc<Found>, Vec<Wave>)> {
+    fn found_elsewhere(&self, extent: Extent) -> Option<(Rc<RailSpectrum>, Vec<RailMode>)> {
         let found = self.found.clone()?;
         let angle = self.section.contact().angle - found.angle;
         let same = (found.extent, found.track, found.losses) == (extent, self.track, self.damping);
         if !same || !found.forms.is_elsewhere(&self.forms, angle) {
             return None;
         }
-        let turned: Vec<Wave> = found.all.iter().map(|wave| wave.turned(angle)).collect();
+        let turned: Vec<RailMode> = found.all.iter().map(|wave| wave.turned(angle)).collect();
         let counts: Vec<usize> = turned.iter().map(|wave| wave.omega.len()).collect();
         let circle = self.contact.circle();
         let contact = by_ranks(self.world, &counts, |k| {
-            let Wave { order, vectors, .. } = &turned[k];
+            let RailMode { order, vectors, .. } = &turned[k];
             let line = circle.map(|patch| (LineLoad::new(&self.forms, patch, *order, self.radius()), patch));
             seen(vectors.as_ref(), line.as_ref().map(|(line, patch)| (line, *patch)))
         });
-        let all = turned.into_iter().zip(contact).map(|(wave, contact)| Wave { contact, ..wave }).collect();
+        let all = turned.into_iter().zip(contact).map(|(wave, contact)| RailMode { contact, ..wave }).collect();
         Some((found, all))
     }
 
     /// Collective: the modes up to `extent`, and how many of them are kept.
-    fn anew(&self, extent: Extent, steps: &mut Steps) -> Result<(Vec<Wave>, usize)> {
+    fn anew(&self, extent: Extent, steps: &mut ProgressFn) -> Result<(Vec<RailMode>, usize)> {
         match extent {
             Extent::MaxFrequency(f) => {
                 let all = self.up_to(2.0 * PI * f, steps)?;
@@ -201,18 +203,18 @@ impl<'w> Rail<'w> {
     /// Keeps modes for others: those that are `known` from elsewhere as they were found, or these.
     fn keep(
         &mut self,
-        known: Option<Rc<Found>>,
-        (extent, all, keep): (Extent, Vec<Wave>, usize),
+        known: Option<Rc<RailSpectrum>>,
+        (extent, all, keep): (Extent, Vec<RailMode>, usize),
         damping: Option<Mat<f64>>,
     ) {
         let (forms, angle) = (self.forms.clone(), self.section.contact().angle);
         let (track, losses) = (self.track, self.damping);
-        let new = || Rc::new(Found { forms, angle, track, losses, extent, all, keep, damping });
+        let new = || Rc::new(RailSpectrum { forms, angle, track, losses, extent, all, keep, damping });
         self.found = Some(known.unwrap_or_else(new));
     }
 
     /// ψ̂ of a mode in the frame of the contact, 1/√kg and 1/(√kg m).
-    fn seen(&self, all: &[Wave], (wave, index, family): Member) -> [f64; LOADS] {
+    fn seen(&self, all: &[RailMode], (wave, index, family): Member) -> [f64; LOADS] {
         let wave = &all[wave];
         let seen = wave.contact[index];
         let own = std::array::from_fn(|k| if wave.order == 0 || FAMILY[k] == family { seen[k] } else { 0.0 });
@@ -221,7 +223,13 @@ impl<'w> Rail<'w> {
 
     /// Collective: the modes of the rail on its bays, from those on even pads, and what its compliance has beside
     /// that on even pads.
-    fn on_bays(&mut self, bays: &Bays, all: &[Wave], list: &[Member], seen: &[[f64; LOADS]]) -> Result<OnBays> {
+    fn on_bays(
+        &mut self,
+        bays: &DiscreteSupports,
+        all: &[RailMode],
+        list: &[Member],
+        seen: &[[f64; LOADS]],
+    ) -> Result<OnBays> {
         let world = self.world;
         let angle = self.section.contact().angle;
         let laid = world.on_root(|| {
@@ -254,7 +262,7 @@ struct OnBays {
 }
 
 /// Modes of all orders and families, ascending, those of a pair beside each other.
-fn members(all: &[Wave]) -> Vec<Member> {
+fn members(all: &[RailMode]) -> Vec<Member> {
     let mut list: Vec<Member> = Vec::new();
     for (of, wave) in all.iter().enumerate() {
         for index in 0..wave.omega.len() {
@@ -265,7 +273,7 @@ fn members(all: &[Wave]) -> Vec<Member> {
     list
 }
 
-fn frequencies(all: &[Wave], list: &[Member]) -> Vec<f64> {
+fn frequencies(all: &[RailMode], list: &[Member]) -> Vec<f64> {
     list.iter().map(|m| all[m.0].omega[m.1]).collect()
 }
 
@@ -291,7 +299,7 @@ impl Body for Rail<'_> {
         made.map_err(|e| e.context(format!("compliance of body \"{}\"", self.name)))
     }
 
-    fn compliance(&self, _: &mut Steps) -> Result<Option<Mat<f64>>> {
+    fn compliance(&self, _: &mut ProgressFn) -> Result<Option<Mat<f64>>> {
         self.contact.compliance(self.world, &self.name)
     }
 
@@ -299,7 +307,7 @@ impl Body for Rail<'_> {
         self.contact.compact(&self.name).map(Some)
     }
 
-    fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
+    fn modes(&mut self, extent: Extent, steps: &mut ProgressFn) -> Result<TraceModes> {
         let named = |e: Error| e.context(format!("modes of body \"{}\"", self.name));
         let known = self.found_elsewhere(extent);
         let (known, (all, keep)) = match known {
@@ -327,7 +335,7 @@ impl Body for Rail<'_> {
         }
         let highest = all.iter().map(|wave| wave.order).max().unwrap_or(0);
         self.picture = Some(PictureModes {
-            picture: Picture::new(&self.forms, 0.0, highest, self.tilt),
+            picture: DisplayMesh::new(&self.forms, 0.0, highest, self.tilt),
             orders: all.iter().map(|wave| (wave.order, wave.vectors.clone())).collect(),
             list: list.clone(),
         });
@@ -337,18 +345,18 @@ impl Body for Rail<'_> {
             None => root.then(|| waves::damping(&self.forms, &all, &list, &self.damping)),
         };
         let residual = list.iter().map(|m| all[m.0].residual[m.1]).collect();
-        let names = list.iter().map(|m| ModeName { order: all[m.0].order as u32, family: String::new() }).collect();
+        let names = list.iter().map(|m| ModeLabel { order: all[m.0].order as u32, family: String::new() }).collect();
         self.keep(known, (extent, all, keep), damping.clone());
         let rows = root.then_some(rows);
         Ok(TraceModes { residual, rows, damping, reach, omega, names, ..TraceModes::default() })
     }
 
-    fn found(&self) -> Option<Elsewhere> {
-        self.found.clone().map(Elsewhere::Rail)
+    fn found(&self) -> Option<CachedModes> {
+        self.found.clone().map(CachedModes::Rail)
     }
 
-    fn take(&mut self, found: &Elsewhere) {
-        if let Elsewhere::Rail(found) = found {
+    fn take(&mut self, found: &CachedModes) {
+        if let CachedModes::Rail(found) = found {
             self.found = Some(found.clone());
         }
     }
@@ -361,7 +369,7 @@ impl Body for Rail<'_> {
         let Some(patch) = self.contact.circle() else { return Ok(None) };
         // Pads and sleepers that stand apart are spread evenly.
         let track = Track { sleeper: self.bays.map_or(self.track.sleeper, |b| b.sleeper), ..self.track };
-        let making = infinite::Making {
+        let making = infinite::InfiniteRailSpec {
             section: self.section.for_modes()?,
             material: self.forms.material,
             track: Some(track),

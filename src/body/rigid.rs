@@ -1,7 +1,7 @@
 //! A body that does not move.
 
 use super::modes::Extent;
-use super::{Body, Kind, Steps, TraceModes};
+use super::{Body, Kind, ProgressFn, TraceModes};
 use crate::parallel::World;
 use crate::Result;
 use faer::Mat;
@@ -33,11 +33,11 @@ impl Body for Rigid<'_> {
         self.rows
     }
 
-    fn compliance(&self, _: &mut Steps) -> Result<Option<Mat<f64>>> {
+    fn compliance(&self, _: &mut ProgressFn) -> Result<Option<Mat<f64>>> {
         Ok(self.world.is_root().then(|| Mat::zeros(self.rows, self.rows)))
     }
 
-    fn modes(&mut self, _: Extent, _: &mut Steps) -> Result<TraceModes> {
+    fn modes(&mut self, _: Extent, _: &mut ProgressFn) -> Result<TraceModes> {
         let rows = self.world.is_root().then(|| Mat::zeros(self.rows, 0));
         Ok(TraceModes { rows, reach: f64::INFINITY, ..TraceModes::default() })
     }

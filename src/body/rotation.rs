@@ -45,14 +45,14 @@ impl ModalRotation {
 
 /// Rotating parts of the bodies of modes that rotate.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Turning {
+pub struct RotationTerms {
     /// The material damping C, 1/s: it takes (q̇ + D′q)ᵀ C (q̇ + D′q).
     pub dissipation: ModalMatrix,
     /// D′ at the angular velocities of the bodies, 1/s; none where all are at rest.
     pub derivative: Option<ModalMatrix>,
 }
 
-impl Turning {
+impl RotationTerms {
     /// Bodies at rest with the damping `damping`, 1/s.
     pub fn none(damping: ModalMatrix) -> Self {
         Self { dissipation: damping, derivative: None }

@@ -1,7 +1,7 @@
 //! Static solves with the stiffness of a body, by the method the job selects.
 
-use super::balanced::Balanced;
 use super::fe::FeBody;
+use super::inertia_relief::InertiaRelief;
 use crate::fem::dofs::FIXED;
 use crate::petsc::ksp::{rigid_body_motions, Iterative, IterativeOptions};
 use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
@@ -20,7 +20,7 @@ pub enum Statics<'p> {
     /// Factorisation of K.
     Direct(Factor<'p>),
     /// Inertia relief, of a body with free rigid motions.
-    Balanced(Box<Balanced<'p>>),
+    InertiaRelief(Box<InertiaRelief<'p>>),
     /// Conjugate gradients with algebraic multigrid.
     Iterative(Iterative<'p>),
 }
@@ -32,7 +32,7 @@ impl<'p> Statics<'p> {
         let k = &body.operators.stiffness;
         let name = format!("stiffness of body {}", body.name);
         if !body.rigid.is_empty() {
-            return Ok(Statics::Balanced(Box::new(Balanced::new(world, k, &body.rigid, &name)?)));
+            return Ok(Statics::InertiaRelief(Box::new(InertiaRelief::new(world, k, &body.rigid, &name)?)));
         }
         Ok(Statics::Direct(Factor::new(world, k, FactorOptions::new(Symmetry::Positive), &name)?))
     }
@@ -68,7 +68,7 @@ impl<'p> Statics<'p> {
     pub fn solve(&mut self, f: &mut [f64], count: usize) -> Result<()> {
         match self {
             Statics::Direct(factor) => factor.solve(f, count),
-            Statics::Balanced(balanced) => balanced.solve(f, count),
+            Statics::InertiaRelief(balanced) => balanced.solve(f, count),
             Statics::Iterative(solver) => solver.solve(f, count),
         }
     }
@@ -78,7 +78,7 @@ impl<'p> Statics<'p> {
     /// and keeps to no tolerance.
     pub fn improve(&mut self, u: &mut [f64], loads: &[f64], count: usize, tolerance: f64) -> Result<()> {
         match self {
-            Statics::Direct(_) | Statics::Balanced(_) => {
+            Statics::Direct(_) | Statics::InertiaRelief(_) => {
                 u.copy_from_slice(loads);
                 self.solve(u, count)
             }
@@ -89,7 +89,7 @@ impl<'p> Statics<'p> {
     /// Iterations of the iterative solver so far.
     pub fn iterations(&self) -> usize {
         match self {
-            Statics::Direct(_) | Statics::Balanced(_) => 0,
+            Statics::Direct(_) | Statics::InertiaRelief(_) => 0,
             Statics::Iterative(solver) => solver.effort().0,
         }
     }
@@ -99,7 +99,7 @@ impl<'p> Statics<'p> {
     pub fn inverse_block(&mut self, rows: &[u64], progress: &mut dyn FnMut(usize, usize)) -> Result<Mat<f64>> {
         match self {
             Statics::Direct(factor) => factor.inverse_block(rows),
-            Statics::Balanced(balanced) => balanced.inverse_block(rows),
+            Statics::InertiaRelief(balanced) => balanced.inverse_block(rows),
             Statics::Iterative(solver) => solver.inverse_block(rows, progress),
         }
     }
@@ -108,7 +108,7 @@ impl<'p> Statics<'p> {
     pub fn describe(&self) -> String {
         match self {
             Statics::Direct(factor) => of_factor(factor),
-            Statics::Balanced(balanced) => {
+            Statics::InertiaRelief(balanced) => {
                 format!("{}; {} rigid motions are free", of_factor(balanced.factor()), balanced.rigid().len())
             }
             Statics::Iterative(_) => "conjugate gradients with multigrid".into(),

@@ -5,17 +5,17 @@
 mod damping;
 
 use super::clusters;
-use super::elsewhere::{by_ranks, Elsewhere};
 use super::half_space::HalfSpace;
 use super::hybrid::{Compact, Hybrid};
+use super::mode_cache::{by_ranks, CachedModes};
 use super::modes::Extent;
 use super::rotation::ModalRotation;
-use super::{Body, Kind, ModeName, Steps, TraceModes};
+use super::{Body, Kind, ModeLabel, ProgressFn, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order, seen};
 use crate::swept::{turned, Attachment, EdgeSprings, Forms, Given, LineLoad, Prestress, Seen, FAMILY, LOADS};
-use crate::swept::{OrderModes, Outline, OutlineModes, Picture, PictureModes};
+use crate::swept::{DisplayMesh, OrderModes, Outline, OutlineModes, PictureModes};
 use crate::{Error, Result};
 use faer::Mat;
 use std::collections::BTreeSet;
@@ -27,7 +27,7 @@ const BEYOND: usize = 4;
 
 /// Construction parameters of a swept body.
 #[derive(Debug, Clone)]
-pub struct Making<'a> {
+pub struct RevolvedSpec<'a> {
     /// Its section.
     pub section: Given,
     /// Its material.
@@ -63,11 +63,11 @@ pub struct Swept<'w> {
     /// Its modes on a mesh that shows them, once they are known.
     picture: Option<PictureModes>,
     /// Modes that it has found itself, or taken from elsewhere.
-    found: Option<Rc<Found>>,
+    found: Option<Rc<ModeSpectrum>>,
 }
 
 /// The modes of a body of revolution, and what they depend on.
-pub struct Found {
+pub struct ModeSpectrum {
     forms: Rc<Forms>,
     fixed: Vec<String>,
     springs: Vec<EdgeSprings>,
@@ -79,7 +79,7 @@ pub struct Found {
 }
 
 /// The forms of a body meshed for its modes, with what it carries.
-fn forms(name: &str, making: &Making) -> Result<Forms> {
+fn forms(name: &str, making: &RevolvedSpec) -> Result<Forms> {
     let body = |e: Error| e.context(format!("bodies.{name}"));
     let section = making.section.for_modes().map_err(body)?;
     let attached = making.section.attached(&section, making.attachments)?;
@@ -88,7 +88,7 @@ fn forms(name: &str, making: &Making) -> Result<Forms> {
 
 impl<'w> Swept<'w> {
     /// The body `name`, the same on every rank.
-    pub fn new(world: &'w World, name: &str, making: Making) -> Result<Self> {
+    pub fn new(world: &'w World, name: &str, making: RevolvedSpec) -> Result<Self> {
         let forms = forms(name, &making)?;
         let half_space = HalfSpace { young: making.material.young, poisson: making.material.poisson };
         let groups = making.fixed.iter().filter_map(|name| forms.section.groups.get(name));
@@ -150,7 +150,7 @@ impl<'w> Swept<'w> {
     }
 
     /// Collective: what contact and rotation see of all modes up to ω = `limit`, rad/s.
-    fn up_to(&self, limit: f64, prestress: Option<&Prestress>, steps: &mut Steps) -> Result<Vec<Seen>> {
+    fn up_to(&self, limit: f64, prestress: Option<&Prestress>, steps: &mut ProgressFn) -> Result<Vec<Seen>> {
         let (world, forms) = (self.world, &self.forms);
         let (circle, place) = (self.contact.circle(), self.making.contact());
         let size = |seen: &Seen| seen.omega.len();
@@ -172,7 +172,7 @@ impl<'w> Swept<'w> {
 
 impl Swept<'_> {
     /// Collective: the modes up to `extent` found by another body, where these are those of this one.
-    fn found_elsewhere(&self, extent: Extent) -> Option<(Rc<Found>, Vec<Seen>)> {
+    fn found_elsewhere(&self, extent: Extent) -> Option<(Rc<ModeSpectrum>, Vec<Seen>)> {
         let found = self.found.clone()?;
         let same = found.extent == extent && found.rotates == self.rotates;
         let held = found.fixed == self.fixed && found.springs == self.springs;
@@ -191,7 +191,7 @@ impl Swept<'_> {
     }
 
     /// Collective: the modes up to `extent`, and how many of them are kept.
-    fn anew(&self, extent: Extent, steps: &mut Steps) -> Result<(Vec<Seen>, usize)> {
+    fn anew(&self, extent: Extent, steps: &mut ProgressFn) -> Result<(Vec<Seen>, usize)> {
         let prestress = if self.rotates { Some(self.forms.centrifugal()?) } else { None };
         let mut up_to = |limit: f64| self.up_to(limit, prestress.as_ref(), steps);
         match extent {
@@ -254,14 +254,14 @@ fn members(all: &[Seen]) -> Vec<Member<'_>> {
 const KINDS: [&str; 3] = ["radial", "circumferential", "axial"];
 
 /// Names of the modes of all orders: what moves most, numbered from 0 within an order, by frequency.
-fn names(all: &[Seen], list: &[Member]) -> Vec<ModeName> {
+fn names(all: &[Seen], list: &[Member]) -> Vec<ModeLabel> {
     let kind = |shares: &[f64; 3]| (0..3).max_by(|&a, &b| shares[a].total_cmp(&shares[b])).unwrap_or(0);
     let number = |seen: &Seen, index: usize| {
         let own = kind(&seen.shares[index]);
         let before = seen.shares[..index].iter().filter(|s| kind(s) == own).count();
-        ModeName { order: seen.order as u32, family: format!("{} {before}", KINDS[own]) }
+        ModeLabel { order: seen.order as u32, family: format!("{} {before}", KINDS[own]) }
     };
-    let named: std::collections::BTreeMap<usize, Vec<ModeName>> =
+    let named: std::collections::BTreeMap<usize, Vec<ModeLabel>> =
         all.iter().map(|seen| (seen.order, (0..seen.omega.len()).map(|k| number(seen, k)).collect())).collect();
     list.iter().map(|m| named[&m.of.order][m.index].clone()).collect()
 }
@@ -337,7 +337,7 @@ impl Body for Swept<'_> {
         made.map_err(|e| e.context(format!("compliance of body \"{}\"", self.name)))
     }
 
-    fn compliance(&self, _: &mut Steps) -> Result<Option<Mat<f64>>> {
+    fn compliance(&self, _: &mut ProgressFn) -> Result<Option<Mat<f64>>> {
         self.contact.compliance(self.world, &self.name)
     }
 
@@ -345,7 +345,7 @@ impl Body for Swept<'_> {
         self.contact.compact(&self.name).map(Some)
     }
 
-    fn modes(&mut self, extent: Extent, steps: &mut Steps) -> Result<TraceModes> {
+    fn modes(&mut self, extent: Extent, steps: &mut ProgressFn) -> Result<TraceModes> {
         let named = |e: Error| e.context(format!("modes of body \"{}\"", self.name));
         let (known, (all, keep)) = match self.found_elsewhere(extent) {
             Some((found, all)) => {
@@ -363,7 +363,7 @@ impl Body for Swept<'_> {
         let highest = all.iter().map(|seen| seen.order).max().unwrap_or(0);
         let place = |m: &Member| all.iter().position(|seen| seen.order == m.of.order).unwrap_or(0);
         self.picture = Some(PictureModes {
-            picture: Picture::new(&self.forms, self.making.radius(), highest, self.tilt),
+            picture: DisplayMesh::new(&self.forms, self.making.radius(), highest, self.tilt),
             orders: all.iter().map(|seen| (seen.order, seen.vectors.clone())).collect(),
             list: list.iter().map(|m| (place(m), m.index, m.family)).collect(),
         });
@@ -388,17 +388,17 @@ impl Body for Swept<'_> {
         self.found = Some(known.unwrap_or_else(|| {
             let (forms, rotates) = (self.forms.clone(), self.rotates);
             let (fixed, springs) = (self.fixed.clone(), self.springs.clone());
-            Rc::new(Found { forms, fixed, springs, rotates, extent, all, keep })
+            Rc::new(ModeSpectrum { forms, fixed, springs, rotates, extent, all, keep })
         }));
         Ok(found)
     }
 
-    fn found(&self) -> Option<Elsewhere> {
-        self.found.clone().map(Elsewhere::Swept)
+    fn found(&self) -> Option<CachedModes> {
+        self.found.clone().map(CachedModes::Swept)
     }
 
-    fn take(&mut self, found: &Elsewhere) {
-        if let Elsewhere::Swept(found) = found {
+    fn take(&mut self, found: &CachedModes) {
+        if let CachedModes::Swept(found) = found {
             self.found = Some(found.clone());
         }
     }
@@ -467,7 +467,7 @@ mod tests {
         assert_eq!(list[0].seen(), [0.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0, 8.0, 9.0]);
         assert_eq!(list[1].seen(), [1.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0, 0.0, 0.0]);
         assert_eq!(list[2].seen(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
-        let named: Vec<String> = names(&all, &list).iter().map(ModeName::to_string).collect();
+        let named: Vec<String> = names(&all, &list).iter().map(ModeLabel::to_string).collect();
         assert_eq!(named[..3], ["(2, axial 0)", "(2, axial 0)", "(0, axial 0)"]);
         assert_eq!(named[3..].iter().filter(|n| **n == "(2, radial 0)").count(), 2, "{named:?}");
         let r = rotation(&list);

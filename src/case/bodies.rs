@@ -1,7 +1,7 @@
 //! The bodies of a job: meshed on rank 0, compared, distributed and assembled. Mirror images are built once.
 
 use super::meshes::{Meshed, Meshes};
-use super::standing::seen;
+use super::positioned_mesh::seen;
 use super::surfaces;
 use crate::body::elements::{Elements, Method};
 use crate::body::fe::{BodyModes, FeBody};
@@ -96,7 +96,7 @@ impl<'p> Bodies<'p> {
         }
         let world = petsc.world();
         if job.placement().is_some() {
-            return super::placed::build(petsc, job, meshes, progress, summary);
+            return super::wheel_rail_geometry::build(petsc, job, meshes, progress, summary);
         }
         if job.is_swept() {
             return super::swept::build(world, job, progress, summary);
@@ -118,7 +118,7 @@ impl<'p> Bodies<'p> {
         let meshed_refs: Vec<&Meshed> = meshed.iter().flatten().map(|m| &**m).collect();
         let meeting = world.on_root(|| match meshed_refs[..] {
             [lower, upper] if !job.analyses.on_contact().is_empty() => surfaces::meet(job, [lower, upper]),
-            _ => Ok(surfaces::Meeting::default()),
+            _ => Ok(surfaces::SurfacePairing::default()),
         })?;
         for line in meeting.iter().flat_map(|m| &m.lines) {
             summary.line(line.clone());

@@ -1,6 +1,6 @@
 //! A vehicle in a curve, as a job gives it: the problem of steady curving, and the contact of one of its wheels.
 
-use super::placed::{material, profile};
+use super::wheel_rail_geometry::{material, profile};
 use crate::curving::{
     BogieData, BogieWheel, ContactForce, CreepLaw, CurveMotion, CurvingProblem, CurvingSolution, WHEELS,
 };

@@ -2,14 +2,14 @@
 
 use super::bodies::{Bodies, Place};
 use crate::body::half_space::HalfSpace;
+use crate::contact::full_sliding::{SlidingDirection, SlidingProblem};
 use crate::contact::points::yield_to_load;
-use crate::contact::sliding::{SlidingDirection, SlidingProblem};
-use crate::contact::{self, kernel, Creepage, Influence, NormalLoad, SlidingPoint, SteadyProblem, Stencil};
+use crate::contact::{self, fe_correction, Creepage, Influence, NormalLoad, SlidingPoint, SteadyProblem, Stencil};
 use crate::fem::Material;
 use crate::grid::ContactGrid;
 use crate::grid::Interface;
 use crate::job::{self, Direction, Load};
-use crate::model::{Convolution, ModalPair};
+use crate::model::{Convolution, CoupledModel};
 use crate::{Error, Result};
 use faer::Mat;
 
@@ -29,7 +29,7 @@ pub fn normal_load(contact: &job::Contact) -> NormalLoad {
 
 /// Steady rolling under the contact of a job; solved as `wanted` says, or by the defaults of a job.
 pub(crate) fn steady_rolling<'a>(
-    (interface, pair): (&'a Interface, &'a ModalPair),
+    (interface, pair): (&'a Interface, &'a CoupledModel),
     contact: &job::Contact,
     wanted: Option<&job::Steady>,
 ) -> SteadyProblem<'a> {
@@ -68,7 +68,7 @@ const AT_REST: f64 = 1e-10;
 
 /// Steady rolling as [`steady_rolling`] has it, solved for as a state of rest.
 pub(crate) fn at_rest<'a>(
-    model: (&'a Interface, &'a ModalPair),
+    model: (&'a Interface, &'a CoupledModel),
     contact: &job::Contact,
     wanted: Option<&job::Steady>,
 ) -> SteadyProblem<'a> {
@@ -78,7 +78,7 @@ pub(crate) fn at_rest<'a>(
 
 /// Steady sliding of all of the contact of a job. Of points each has to yield along its normal.
 pub(crate) fn steady_sliding<'a>(
-    (interface, pair): (&'a Interface, &'a ModalPair),
+    (interface, pair): (&'a Interface, &'a CoupledModel),
     contact: &job::Contact,
     direction: Direction,
 ) -> Result<SlidingProblem<'a>> {
@@ -161,7 +161,7 @@ pub(crate) fn half_space(place: &Place) -> Result<HalfSpace> {
 pub(crate) fn near(bodies: &Bodies, s: &Interface, probed: &[[Vec<f64>; 3]]) -> Result<[Mat<f64>; 2]> {
     let mut both = half_spaces(bodies, s)?;
     for (c, place) in both.iter_mut().zip(&bodies.places) {
-        kernel::complete(c, &s.x, &s.y, &probed[place.body])?;
+        fe_correction::complete(c, &s.x, &s.y, &probed[place.body])?;
     }
     Ok(both)
 }

@@ -2,7 +2,7 @@
 //! equilibrium.
 
 use super::curving::Curving;
-use super::placed::Placed;
+use super::wheel_rail_geometry::Placed;
 use crate::body::half_space::HalfSpace;
 use crate::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
 use crate::curving::{BogieWheel, ContactForce, WHEELS};

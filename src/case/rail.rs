@@ -1,6 +1,6 @@
 //! A rail, as a job gives it.
 
-use crate::body::rail::{Making, Rail as RailBody};
+use crate::body::rail::{Rail as RailBody, RailSpec};
 use crate::fem::Material;
 use crate::job::{self, Extruded, Job, MeshSource, RailFile, RailSection};
 use crate::mesh::msh::plane;
@@ -8,7 +8,7 @@ use crate::parallel::World;
 use crate::summary::Summary;
 use crate::swept::waves::Damping;
 use crate::swept::BuiltRail;
-use crate::swept::{Bays, Beam, Drawn, DrawnRail, Ends, Layer, Path, Rail, Sleeper, Track};
+use crate::swept::{Beam, DiscreteSupports, Drawn, DrawnRail, Ends, Layer, Path, Rail, Sleeper, Track};
 use crate::{Error, Result};
 use std::f64::consts::PI;
 use std::rc::Rc;
@@ -152,11 +152,18 @@ fn laid(track: &job::Track, mass: f64) -> Track {
 }
 
 /// Discrete pads and sleepers of `laid` on a rail of the length `period`, m; none where they are spread evenly.
-fn bays(track: &job::Track, laid: &Track, period: f64) -> Option<Bays> {
+fn bays(track: &job::Track, laid: &Track, period: f64) -> Option<DiscreteSupports> {
     let length = track.pad_length?;
     let count = (period / track.spacing).round() as usize;
     let (pad, sleeper) = (laid.pad, laid.sleeper);
-    Some(Bays { count, spacing: period / count.max(1) as f64, length, position: track.position, pad, sleeper })
+    Some(DiscreteSupports {
+        count,
+        spacing: period / count.max(1) as f64,
+        length,
+        position: track.position,
+        pad,
+        sleeper,
+    })
 }
 
 /// The absorbing ends of a rail of the length `period`, m, and of a material with waves of compression of `speed`, m/s.
@@ -172,7 +179,7 @@ fn ends(track: &job::Track, period: f64, speed: f64) -> Option<Ends> {
 
 /// A rail, and what beams tell of it.
 struct Planned<'a> {
-    making: Making<'a>,
+    making: RailSpec<'a>,
     beam: Beam,
     laid: Track,
 }
@@ -205,7 +212,7 @@ fn planned<'a>(
             .map_err(|e| e.context(format!("bodies.{name}.mesh.extruded.length")))?;
     }
     let bays = bays(&track, &laid, period);
-    let making = Making {
+    let making = RailSpec {
         section,
         material,
         period,

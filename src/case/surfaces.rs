@@ -2,7 +2,7 @@
 
 use super::interface::creepage;
 use super::meshes::{Meshed, Meshes};
-use super::standing::{seen, tilted};
+use super::positioned_mesh::{seen, tilted};
 use crate::body::half_space::HalfSpace;
 use crate::body::hybrid::{CIRCLE, WIDER};
 use crate::contact::SPIN_SPACINGS;
@@ -28,7 +28,7 @@ const SHORT: f64 = 1e-6;
 
 /// Two meshes in contact.
 #[derive(Debug, Default)]
-pub struct Meeting {
+pub struct SurfacePairing {
     /// The grid as the lower and the upper body meet it; two of them.
     pub grids: Vec<ContactGrid>,
     /// Description of the steps taken, one line each.
@@ -140,15 +140,15 @@ fn lines(job: &Job, contact: &job::Contact, faces: [Option<&Faces>; 2]) -> Resul
 
 /// The grid that the meshes of the job, the lower one first, share, or a common one where they have none or the job
 /// asks for it.
-pub fn meet(job: &Job, meshed: [&Meshed; 2]) -> Result<Meeting> {
-    let Some(contact) = &job.contact else { return Ok(Meeting::default()) };
+pub fn meet(job: &Job, meshed: [&Meshed; 2]) -> Result<SurfacePairing> {
+    let Some(contact) = &job.contact else { return Ok(SurfacePairing::default()) };
     let why = asked(contact).map(str::to_owned).or_else(|| differ(meshed));
     let Some(why) = why else {
         let own = |m: &Meshed| m.grid.clone().and_then(Result::ok);
         let grids: Vec<ContactGrid> = meshed.into_iter().filter_map(own).collect();
         let ellipse = ellipse(job, contact, [None, None])?;
         let lines = recommended(contact, ellipse.as_ref(), grids.first().map_or(0.0, spacing)).into_iter().collect();
-        return Ok(Meeting { grids, lines, ..Meeting::default() });
+        return Ok(SurfacePairing { grids, lines, ..SurfacePairing::default() });
     };
     let named = |name: &str| {
         let at = format!("bodies.{name}.mesh");
@@ -160,7 +160,7 @@ pub fn meet(job: &Job, meshed: [&Meshed; 2]) -> Result<Meeting> {
     }
     let [lower, upper] = &faces[..] else { return Err(Error::Defect("a contact of one body".into())) };
     let Lines { x, y, ellipse } = lines(job, contact, [Some(lower), Some(upper)])?;
-    let mut meeting = Meeting::default();
+    let mut meeting = SurfacePairing::default();
     meeting.lines.push(format!(
         "contact grid: {} x {} nodes, {:.3} mm apart, on which both meshes meet ({why})",
         x.len(),
@@ -238,7 +238,7 @@ pub(super) fn laid(mesh: &Mesh, [x, y]: [&[f64]; 2], tilt: f64) -> Result<Vec<([
 /// the mesh.
 pub(super) fn beside_nodes(mesh: &Mesh, grid: &ContactGrid, tilt: f64) -> Result<Vec<[f64; 3]>> {
     match &grid.transfer {
-        Some(Transfer::Averages { .. } | Transfer::Means { .. }) => {
+        Some(Transfer::Averages { .. } | Transfer::DiscAverage { .. }) => {
             Ok(laid(mesh, [&grid.x, &grid.y], tilt)?.into_iter().map(|(place, _)| place).collect())
         }
         _ => Ok(Vec::new()),
@@ -274,7 +274,7 @@ pub(crate) fn foot(contact: &job::Contact, faces: &Faces, (x, y): (&[f64], &[f64
         return Ok((grid(Transfer::Averages { rows, tilt: 0.0 }), text));
     }
     let (discs, text) = discs(faces, half)?;
-    Ok((grid(Transfer::Means { discs, tilt: 0.0 }), text))
+    Ok((grid(Transfer::DiscAverage { discs, tilt: 0.0 }), text))
 }
 
 /// An error where the nodes of a grid of the half sides `half`, m, are nearer to each other, by `spacing`, m, than
@@ -300,7 +300,7 @@ pub(crate) fn refuse_finer(
 }
 
 /// The means from which the contact of the half sides `half`, m, follows beside a half-space, and that in words.
-pub(crate) fn discs(faces: &Faces, half: [f64; 2]) -> Result<(Vec<crate::grid::Means>, String)> {
+pub(crate) fn discs(faces: &Faces, half: [f64; 2]) -> Result<(Vec<crate::grid::DiscAverage>, String)> {
     let least = CIRCLE * half[0].min(half[1]);
     let mut radius = least;
     // A larger disc may reach larger faces.
@@ -353,7 +353,7 @@ mod tests {
     use crate::job::example;
 
     /// The meeting of the cylinders of the job with these keys.
-    fn met(sets: &[&str]) -> Result<Meeting> {
+    fn met(sets: &[&str]) -> Result<SurfacePairing> {
         let job = example::two_cylinders(sets);
         let meshes = Meshes::default();
         let of = |name: &str, body: &Option<job::Body>| meshes.of(&job, name, body.as_ref().expect("a body"));
@@ -381,7 +381,7 @@ mod tests {
         let patch = ["contact.patch.half_length=0.014", "contact.patch.half_width=0.014", "contact.compliance=hybrid"];
         let hybrid = met(&[&COARSE[..], &patch].concat()).expect("they meet");
         let grid = &hybrid.grids[1];
-        assert!(matches!(grid.transfer, Some(Transfer::Means { tilt: 0.0, .. })));
+        assert!(matches!(grid.transfer, Some(Transfer::DiscAverage { tilt: 0.0, .. })));
         assert_eq!((grid.x.len(), grid.y.len()), (35, 35));
         assert!((grid.x[34] / 17.0 - 4.9e-4).abs() < 0.1e-4, "{:?}", grid.x);
         // The gap is that of the radii, although elements of 2 mm are flat.

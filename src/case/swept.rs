@@ -2,7 +2,7 @@
 
 use super::bodies::{material_of, Bodies};
 use super::{absorbers, rail};
-use crate::body::swept::{Making, Swept};
+use crate::body::swept::{RevolvedSpec, Swept};
 use crate::body::Side;
 use crate::fem::Material;
 use crate::grid::ContactGrid;
@@ -157,7 +157,7 @@ fn made<'p>(
 ) -> Result<Swept<'p>> {
     let (material, springs) = (material_of(body)?, springs(body));
     let carried = absorbers::carried(name, body, &section)?;
-    let making = Making {
+    let making = RevolvedSpec {
         section,
         material,
         fixed: &body.fixed,

@@ -3,7 +3,7 @@
 
 use crate::contact::{SlidingProblem, SteadyProblem};
 use crate::friction::FrictionLaw;
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::output::{ResultFile, Table};
 use crate::stability::reduced::sharpness;
 use crate::summary::Summary;
@@ -61,13 +61,13 @@ pub(crate) fn refuse_short(law: &FrictionLaw, mut sharpness: impl FnMut(&Frictio
 }
 
 /// The sharpness of a contact that slides with the friction `law`.
-pub(crate) fn sliding(problem: &SlidingProblem, law: &FrictionLaw, pair: &ModalPair) -> Result<f64> {
+pub(crate) fn sliding(problem: &SlidingProblem, law: &FrictionLaw, pair: &CoupledModel) -> Result<f64> {
     let problem = SlidingProblem { friction: law.clone(), ..problem.clone() };
     sharpness(pair, &problem.contact(&problem.solve()?))
 }
 
 /// The sharpness of a contact that rolls steadily with the friction `law`.
-pub(crate) fn rolling(problem: &SteadyProblem, law: &FrictionLaw, pair: &ModalPair) -> Result<f64> {
+pub(crate) fn rolling(problem: &SteadyProblem, law: &FrictionLaw, pair: &CoupledModel) -> Result<f64> {
     let problem = SteadyProblem { friction: law.clone(), ..problem.clone() };
     sharpness(pair, &problem.contact(&problem.solve()?))
 }

@@ -2,8 +2,8 @@
 
 pub mod args;
 pub mod init;
+pub mod isolated_reader;
 pub mod launch;
-pub mod neighbour;
-pub mod probe;
+pub mod rank_watchdog;
 pub mod results;
 pub mod versions;

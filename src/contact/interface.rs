@@ -1,7 +1,7 @@
 //! Kinematics of the interface: creepages, and the upstream operator ∂x on its grid.
 
-use super::course::Course;
 use super::law::LinearEdge;
+use super::upwind_reconstruction::UpwindReconstruction;
 use crate::grid::Interface;
 
 /// How ∂w/∂x is taken at a node from the node itself and its upstream neighbours (those with smaller x).
@@ -12,7 +12,7 @@ pub enum Stencil {
     Upwind1,
     /// Three-point backward difference, second order where w is smooth.
     Upwind2,
-    /// Second order inside the contact, and aware of its leading edge, where w is not smooth (`Course`). At the first
+    /// Second order inside the contact, and aware of its leading edge, where w is not smooth (`UpwindReconstruction`). At the first
     /// closed node the difference is exact for straight lines plus anything proportional to the gap upstream (which
     /// says where between the nodes the edge lies); at the second one, whose second upstream neighbour is outside, it
     /// is the two-point one. It removes most of the grid error of the others, which act as if the edge lay on a node.
@@ -86,7 +86,7 @@ impl Interface {
             }
             let h = [self.x[ix] - self.x[ix - 1], self.x[ix] - self.x[ix - 2]];
             let gaps = [gap[i - 1], gap[i - 2]];
-            let course = Course::of(h, [inside[i], inside[i - 1], inside[i - 2]], || gaps);
+            let course = UpwindReconstruction::of(h, [inside[i], inside[i - 1], inside[i - 2]], || gaps);
             let by_gap = course.derivative_by_gap(h, gaps)?;
             let of = |k: usize| [0, 1].map(|c| speed * (0..3).map(|j| by_gap[k][j] * w[i - j][c]).sum::<f64>());
             Some(LinearEdge { at, gaps: [(i - 1, of(0)), (i - 2, of(1))] })
@@ -120,9 +120,9 @@ impl Interface {
             let h = [h1, self.x[ix] - self.x[ix - 2]];
             let course = match contact {
                 Some((gap, closed)) if stencil == Stencil::Edge => {
-                    Course::of(h, [closed[i], closed[i - 1], closed[i - 2]], || [gap[i - 1], gap[i - 2]])
+                    UpwindReconstruction::of(h, [closed[i], closed[i - 1], closed[i - 2]], || [gap[i - 1], gap[i - 2]])
                 }
-                _ => Course::Parabola,
+                _ => UpwindReconstruction::Parabola,
             };
             let [a, b, c] = course.derivative(h);
             [(i, a), (i - 1, b), (i - 2, c)]

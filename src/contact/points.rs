@@ -5,7 +5,7 @@ use super::law::{LinearContact, LinearNode, Slip, Tangent};
 use super::memory::LinearMemory;
 use crate::friction::FrictionLaw;
 use crate::grid::Interface;
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::{Error, Result};
 
 /// A contact point that slides.
@@ -66,7 +66,7 @@ pub fn reactions(points: &[SlidingPoint], law: &FrictionLaw) -> Vec<f64> {
 }
 
 /// An error where a point does not yield along its normal: a load cannot be shared out to it.
-pub fn yield_to_load(pair: &ModalPair) -> Result<()> {
+pub fn yield_to_load(pair: &CoupledModel) -> Result<()> {
     let rigid = |i: &usize| pair.compliance[(3 * i + 2, 3 * i + 2)] == 0.0;
     match (0..pair.compliance.nrows() / 3).find(rigid) {
         None => Ok(()),
@@ -80,7 +80,7 @@ pub fn yield_to_load(pair: &ModalPair) -> Result<()> {
 }
 
 /// An error where a body is free to move under the reactions, N, `[3n]`, of a load.
-pub fn bear_load(pair: &ModalPair, reaction: &[f64]) -> Result<()> {
+pub fn bear_load(pair: &CoupledModel, reaction: &[f64]) -> Result<()> {
     let scale = reaction.iter().fold(0.0f64, |m, r| m.max(r.abs()));
     for k in (0..pair.omega.len()).filter(|&k| pair.omega[k] == 0.0) {
         let (mut force, mut size) = (0.0, 0.0f64);

@@ -2,13 +2,13 @@
 //! tractions leave.
 
 use super::candidates::Candidates;
+use super::frictionless_cg::FrictionlessSolution;
 use super::interface::Stencil;
 use super::law::project_disc;
 use super::nested;
 use super::newton::Reached;
 use super::normal::solve_normal;
 use super::patch::refuse_border;
-use super::pressing::Pressed;
 use super::steady::{NormalLoad, SteadyProblem};
 use crate::Result;
 
@@ -24,9 +24,9 @@ pub(super) fn cold<'a>(problem: &SteadyProblem<'a>) -> Result<Begun<'a>> {
     let s = problem.interface;
     let mut pressed = match s.are_points() {
         true => None,
-        false => Pressed::new(problem.compliance, s, problem.load),
+        false => FrictionlessSolution::new(problem.compliance, s, problem.load),
     };
-    let normal = match pressed.as_mut().and_then(Pressed::settle) {
+    let normal = match pressed.as_mut().and_then(FrictionlessSolution::settle) {
         Some(normal) => normal,
         None => {
             pressed = None;
@@ -82,7 +82,7 @@ fn rolled<'a>(problem: &SteadyProblem<'a>, c: &mut Candidates<'a>, friction: &[f
 fn press_again<'a>(
     problem: &SteadyProblem<'a>,
     c: &mut Candidates<'a>,
-    pressed: &mut Pressed<'a, '_>,
+    pressed: &mut FrictionlessSolution<'a, '_>,
     friction: &[f64],
     at: &mut Reached,
 ) {

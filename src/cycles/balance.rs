@@ -1,9 +1,9 @@
 //! The equations of a cycle: the contact marched under a given motion, and the modes under the forces that it finds.
 
-use super::prescribed::{Course, Prescribed};
+use super::prescribed::{Prescribed, PrescribedMotion};
 use super::receptance::{discrete, harmonic};
 use crate::grid::Interface;
-use crate::transient::shapes::factors;
+use crate::transient::low_rank_modes::factors;
 use crate::transient::stepper::{Settings, State, Stepper};
 use crate::transient::{Energy, Model, Scheme};
 use crate::{Error, Result};
@@ -66,7 +66,7 @@ pub struct Conditions {
 
 /// The contact at the phase that a march begins with.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Memory {
+pub struct ContactMemory {
     /// Reactions, N, `[3n]`.
     pub reaction: Vec<f64>,
     /// Coefficients of friction, `[n]`; empty where friction is constant.
@@ -75,7 +75,7 @@ pub struct Memory {
     pub approach: f64,
 }
 
-impl Memory {
+impl ContactMemory {
     fn of(state: &State) -> Self {
         Self { reaction: state.reaction.clone(), friction: state.friction.clone(), approach: state.approach }
     }
@@ -86,13 +86,13 @@ pub(super) struct Marched {
     /// F: what the modes make of the forces less the motion, by the amplitude unit, `[r (2H + 1)]`.
     pub(super) lack: Vec<f64>,
     /// The contact a period after the start.
-    pub(super) memory: Memory,
-    pub(super) cycle: Cycle,
+    pub(super) memory: ContactMemory,
+    pub(super) cycle: PeriodicSolution,
 }
 
 /// A cycle.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Cycle {
+pub struct PeriodicSolution {
     /// Angular frequency, rad/s, in steps of 2π/(Nω).
     pub omega: f64,
     /// Frequency that the modes have, Hz: s_1/(2π).
@@ -108,12 +108,12 @@ pub struct Cycle {
     /// Displacements and velocities of the modes at phase zero, `[m]`.
     pub state: [Vec<f64>; 2],
     /// The contact at phase zero.
-    pub contact: Memory,
+    pub contact: ContactMemory,
     /// The contact at the phase where marches begin.
-    pub begin: Memory,
+    pub begin: ContactMemory,
 }
 
-impl Cycle {
+impl PeriodicSolution {
     /// Root mean square of the force about its mean (x, y, z), and the mean, N.
     pub fn sway(&self) -> [[f64; 3]; 2] {
         let count = self.force.len().max(1) as f64;
@@ -151,7 +151,7 @@ pub struct Balance<'a, 's> {
     conditions: &'s Conditions,
     resolution: Resolution,
     stepper: Stepper<'s>,
-    course: Rc<RefCell<Course>>,
+    course: Rc<RefCell<PrescribedMotion>>,
     /// Unit of the motion, m √kg.
     unit: f64,
 }
@@ -164,9 +164,9 @@ impl<'a, 's> Balance<'a, 's> {
         conditions: &'s Conditions,
         resolution: Resolution,
         unit: f64,
-        memory: &Memory,
+        memory: &ContactMemory,
     ) -> Result<Self> {
-        let course = Rc::new(RefCell::new(Course::default()));
+        let course = Rc::new(RefCell::new(PrescribedMotion::default()));
         let r = structure.rank();
         let model = Model {
             interface: &conditions.interface,
@@ -201,7 +201,7 @@ impl<'a, 's> Balance<'a, 's> {
 
     /// Steps before the period whose forces are taken: as long as the material takes through the contact, and at a
     /// point a period.
-    fn forgetting(&self, memory: &Memory, h: f64) -> usize {
+    fn forgetting(&self, memory: &ContactMemory, h: f64) -> usize {
         let s = &self.conditions.interface;
         if s.are_points() {
             return self.resolution.samples;
@@ -216,7 +216,7 @@ impl<'a, 's> Balance<'a, 's> {
     /// Marches the contact under the motion with the coefficients `z` (`[size]`: the mean, then the cosine and the
     /// sine of each harmonic, `[r]` each, in units) and the angular frequency `omega`, rad/s, from `memory`, the
     /// contact at the phase where a march of this step begins.
-    pub(super) fn march(&mut self, z: &[f64], omega: f64, memory: &Memory) -> Result<Marched> {
+    pub(super) fn march(&mut self, z: &[f64], omega: f64, memory: &ContactMemory) -> Result<Marched> {
         let Resolution { harmonics, samples } = self.resolution;
         let (r, m) = (self.structure.rank(), self.structure.model.omega.len());
         let h = 2.0 * PI / (samples as f64 * omega);
@@ -239,10 +239,10 @@ impl<'a, 's> Balance<'a, 's> {
         for step in 1..=before + samples {
             self.stepper.advance()?;
             if step == samples {
-                after = Some(Memory::of(self.stepper.state()));
+                after = Some(ContactMemory::of(self.stepper.state()));
             }
             if step == before + samples {
-                contact = Some(Memory::of(self.stepper.state()));
+                contact = Some(ContactMemory::of(self.stepper.state()));
             }
             if step > before {
                 // The last step ends where the period began: at phase zero.
@@ -288,8 +288,17 @@ impl<'a, 's> Balance<'a, 's> {
             }
         }
         let frequency = discrete(1, omega, h) / (2.0 * PI);
-        let cycle =
-            Cycle { omega, frequency, kinetic, force, nodes, modal, state: [q, v], contact, begin: after.clone() };
+        let cycle = PeriodicSolution {
+            omega,
+            frequency,
+            kinetic,
+            force,
+            nodes,
+            modal,
+            state: [q, v],
+            contact,
+            begin: after.clone(),
+        };
         Ok(Marched { lack, memory: after, cycle })
     }
 
@@ -337,7 +346,7 @@ impl Structure<'_> {
 }
 
 /// The state of a driven stepper.
-fn state(q: Vec<f64>, memory: &Memory) -> State {
+fn state(q: Vec<f64>, memory: &ContactMemory) -> State {
     State {
         step: 0,
         v: vec![0.0; q.len()],

@@ -4,13 +4,13 @@
 pub use super::corrector::Family;
 use super::corrector::{norm, update, Condition, Corrected, Equations};
 use super::floquet::{multipliers, Multipliers};
-use super::Cycle;
+use super::PeriodicSolution;
 use crate::{Error, Result};
 use faer::Mat;
 
 /// Settings of a branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Extent {
+pub struct BranchExtent {
     /// Least and largest value of the key.
     pub range: [f64; 2],
     /// Cycles in each direction, at the most.
@@ -25,13 +25,13 @@ pub struct Extent {
 
 /// A cycle of a branch.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub struct BranchPoint {
     /// Value of the key.
     pub key: f64,
     /// Unknowns, see [`Equations`].
     pub u: Vec<f64>,
     /// The cycle.
-    pub cycle: Cycle,
+    pub cycle: PeriodicSolution,
     /// Its multipliers, where they were computed.
     pub multipliers: Option<Multipliers>,
     /// Kind of special point; none of an ordinary cycle.
@@ -80,7 +80,7 @@ impl SpecialKind {
 
 /// Why a branch ends.
 #[derive(Debug, Clone, PartialEq)]
-pub enum End {
+pub enum BranchEnd {
     /// At the end of the range of the key.
     Range,
     /// The motion has become as small as nothing: rest.
@@ -95,7 +95,7 @@ pub enum End {
     Lost(String),
 }
 
-impl End {
+impl BranchEnd {
     /// In a few words.
     pub fn text(&self) -> String {
         match self {
@@ -113,9 +113,9 @@ impl End {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Branch {
     /// The cycles, that of the start first.
-    pub points: Vec<Point>,
+    pub points: Vec<BranchPoint>,
     /// Why it ends.
-    pub end: End,
+    pub end: BranchEnd,
 }
 
 /// First step, of the longest one.
@@ -136,7 +136,7 @@ const GOLDEN: f64 = 0.381_966_011_250_105;
 const BISECTIONS: usize = 40;
 
 /// True if something happens in a cycle.
-type Happens = fn(&Cycle) -> bool;
+type Happens = fn(&PeriodicSolution) -> bool;
 
 /// Events of the piecewise smooth equations, where the slope of a branch may have a kink.
 const EVENTS: [(SpecialKind, Happens); 2] = [
@@ -156,11 +156,11 @@ pub fn solve(equations: &mut Equations<'_, '_>, u: Vec<f64>, jacobian: &mut Opti
 /// called after each cycle and says whether to go on.
 pub fn follow(
     equations: &mut Equations<'_, '_>,
-    start: &Point,
+    start: &BranchPoint,
     jacobian: &Mat<f64>,
     up: bool,
-    extent: &Extent,
-    step: &mut dyn FnMut(&Point) -> Result<bool>,
+    extent: &BranchExtent,
+    step: &mut dyn FnMut(&BranchPoint) -> Result<bool>,
 ) -> Result<Branch> {
     let mut walk = Walk { equations, extent, jacobian: Some(jacobian.clone()) };
     walk.equations.memory = start.cycle.begin.clone();
@@ -171,13 +171,18 @@ pub fn follow(
 
 struct Walk<'w, 'e, 'a> {
     equations: &'w mut Equations<'e, 'a>,
-    extent: &'w Extent,
+    extent: &'w BranchExtent,
     jacobian: Option<Mat<f64>>,
 }
 
 impl Walk<'_, '_, '_> {
-    fn all(&mut self, points: &mut Vec<Point>, up: bool, step: &mut dyn FnMut(&Point) -> Result<bool>) -> Result<End> {
-        let last = |points: &[Point]| points[points.len() - 1].clone();
+    fn all(
+        &mut self,
+        points: &mut Vec<BranchPoint>,
+        up: bool,
+        step: &mut dyn FnMut(&BranchPoint) -> Result<bool>,
+    ) -> Result<BranchEnd> {
+        let last = |points: &[BranchPoint]| points[points.len() - 1].clone();
         let n = last(points).u.len();
         let mut ahead = vec![0.0; n];
         ahead[n - 1] = if up { 1.0 } else { -1.0 };
@@ -195,8 +200,8 @@ impl Walk<'_, '_, '_> {
                         length *= 0.4;
                         if length < SHORTEST * self.extent.longest {
                             return Ok(match e {
-                                Error::NotConverged(_) => End::Lost(e.to_string()),
-                                _ => End::Model(e.to_string()),
+                                Error::NotConverged(_) => BranchEnd::Lost(e.to_string()),
+                                _ => BranchEnd::Model(e.to_string()),
                             });
                         }
                         // That of a cycle further back may have led astray.
@@ -213,10 +218,10 @@ impl Walk<'_, '_, '_> {
             let mut end = None;
             let mut point = if key < low || key > high {
                 key = key.clamp(low, high);
-                end = Some(End::Range);
+                end = Some(BranchEnd::Range);
                 match self.at_key(&here, &found, key) {
                     Ok(found) => self.point(found, None)?,
-                    Err(e) => return Ok(End::Lost(e.to_string())),
+                    Err(e) => return Ok(BranchEnd::Lost(e.to_string())),
                 }
             } else {
                 self.point(found, None)?
@@ -225,20 +230,20 @@ impl Walk<'_, '_, '_> {
             let r = self.equations.structure.rank();
             let along = |u: &[f64], v: &[f64]| u[r..n - 2].iter().zip(&v[r..n - 2]).map(|(a, b)| a * b).sum::<f64>();
             if self.equations.amplitude(&point.u) < REST || along(&point.u, &here.u) < 0.0 {
-                return Ok(End::Rest);
+                return Ok(BranchEnd::Rest);
             }
             let chord: Vec<f64> = point.u.iter().zip(&here.u).map(|(a, b)| a - b).collect();
             for special in self.between(points, &here, &point)? {
                 points.push(special);
                 if !step(&last(points))? {
-                    return Ok(End::Stopped);
+                    return Ok(BranchEnd::Stopped);
                 }
             }
             ahead = chord.iter().map(|c| c / norm(&chord).max(f64::MIN_POSITIVE)).collect();
             point.special = None;
             points.push(point);
             if !step(&last(points))? {
-                return Ok(End::Stopped);
+                return Ok(BranchEnd::Stopped);
             }
             if let Some(end) = end {
                 return Ok(end);
@@ -252,17 +257,17 @@ impl Walk<'_, '_, '_> {
                 length *= 0.6;
             }
         }
-        Ok(End::Count)
+        Ok(BranchEnd::Count)
     }
 
     /// The tangent at `here`, on the side of `before`.
-    fn ahead(&self, here: &Point, before: &[f64]) -> Result<Vec<f64>> {
+    fn ahead(&self, here: &BranchPoint, before: &[f64]) -> Result<Vec<f64>> {
         let Some(j) = &self.jacobian else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
         self.equations.tangent(j, &self.equations.phase(&here.u), before)
     }
 
     /// The cycle a step of the length `length` ahead of `here`.
-    fn reach(&mut self, here: &Point, tangent: &[f64], length: f64) -> Result<Corrected> {
+    fn reach(&mut self, here: &BranchPoint, tangent: &[f64], length: f64) -> Result<Corrected> {
         let guess: Vec<f64> = here.u.iter().zip(tangent).map(|(u, t)| u + length * t).collect();
         let kept = (self.jacobian.clone(), self.equations.memory.clone());
         let conditions = [self.equations.phase(&here.u), Condition { row: tangent.to_vec(), reference: guess.clone() }];
@@ -291,7 +296,7 @@ impl Walk<'_, '_, '_> {
     }
 
     /// The cycle at the key `key` between `here` and `there`.
-    fn at_key(&mut self, here: &Point, there: &Corrected, key: f64) -> Result<Corrected> {
+    fn at_key(&mut self, here: &BranchPoint, there: &Corrected, key: f64) -> Result<Corrected> {
         let n = here.u.len();
         let [a, b] = [here.key, self.equations.key_of(&there.u)];
         let part = if b == a { 0.0 } else { (key - a) / (b - a) };
@@ -311,7 +316,7 @@ impl Walk<'_, '_, '_> {
     }
 
     /// A point with its multipliers.
-    fn point(&mut self, found: Corrected, special: Option<Special>) -> Result<Point> {
+    fn point(&mut self, found: Corrected, special: Option<Special>) -> Result<BranchPoint> {
         let key = self.equations.key_of(&found.u);
         let multipliers = match self.extent.stability {
             true => {
@@ -321,13 +326,13 @@ impl Walk<'_, '_, '_> {
             }
             false => None,
         };
-        Ok(Point { key, u: found.u, cycle: found.cycle, multipliers, special })
+        Ok(BranchPoint { key, u: found.u, cycle: found.cycle, multipliers, special })
     }
 
     /// Special points between the last points of a branch, `here`, and the next one.
-    fn between(&mut self, points: &[Point], here: &Point, there: &Point) -> Result<Vec<Point>> {
-        let mut found: Vec<Point> = Vec::new();
-        let ordinary: Vec<&Point> = points.iter().filter(|p| p.special.is_none()).collect();
+    fn between(&mut self, points: &[BranchPoint], here: &BranchPoint, there: &BranchPoint) -> Result<Vec<BranchPoint>> {
+        let mut found: Vec<BranchPoint> = Vec::new();
+        let ordinary: Vec<&BranchPoint> = points.iter().filter(|p| p.special.is_none()).collect();
         let before = ordinary.len().checked_sub(2).map(|k| ordinary[k]);
         let before = before.filter(|b| (here.key - b.key) * (there.key - here.key) < 0.0);
         if let Some(before) = before {
@@ -351,14 +356,14 @@ impl Walk<'_, '_, '_> {
 
     /// The fold near `middle`, where the key is largest or smallest: parabolas through three cycles, and the golden
     /// section where they lead nowhere.
-    fn fold(&mut self, before: &Point, middle: &Point, after: &Point) -> Result<Option<Point>> {
+    fn fold(&mut self, before: &BranchPoint, middle: &BranchPoint, after: &BranchPoint) -> Result<Option<BranchPoint>> {
         let tolerance = self.extent.located * (self.extent.range[1] - self.extent.range[0]);
         let chord: Vec<f64> = after.u.iter().zip(&before.u).map(|(a, b)| a - b).collect();
         let length = norm(&chord);
         let row: Vec<f64> = chord.iter().map(|c| c / length).collect();
         let place = |u: &[f64]| u.iter().zip(&before.u).zip(&row).map(|((u, a), r)| (u - a) * r).sum::<f64>() / length;
         let sign = if middle.key > before.key { 1.0 } else { -1.0 };
-        let known = |p: &Point| (place(&p.u), sign * p.key, p.u.clone());
+        let known = |p: &BranchPoint| (place(&p.u), sign * p.key, p.u.clone());
         let [mut a, mut b, mut c] = [known(before), known(middle), known(after)];
         let mut best: Option<Corrected> = None;
         for _ in 0..BISECTIONS {
@@ -395,12 +400,18 @@ impl Walk<'_, '_, '_> {
         let special = Some(Special { kind: SpecialKind::Fold, second: 0.0 });
         match best {
             Some(found) => self.point(found, special).map(Some),
-            None => Ok(Some(Point { special, ..middle.clone() })),
+            None => Ok(Some(BranchPoint { special, ..middle.clone() })),
         }
     }
 
     /// The cycle between two at which what `of` says changes, by bisection.
-    fn event(&mut self, here: &Point, there: &Point, kind: SpecialKind, of: Happens) -> Result<Point> {
+    fn event(
+        &mut self,
+        here: &BranchPoint,
+        there: &BranchPoint,
+        kind: SpecialKind,
+        of: Happens,
+    ) -> Result<BranchPoint> {
         let tolerance = self.extent.located * (self.extent.range[1] - self.extent.range[0]);
         let (mut low, mut high) = ((0.0, here.key), (1.0, there.key));
         let begins = of(&here.cycle);
@@ -425,12 +436,12 @@ impl Walk<'_, '_, '_> {
         let special = Some(Special { kind, second: 0.0 });
         match best {
             Some(found) => self.point(found, special),
-            None => Ok(Point { special, ..there.clone() }),
+            None => Ok(BranchPoint { special, ..there.clone() }),
         }
     }
 
     /// The cycle between two at which a multiplier passes the unit circle.
-    fn passage(&mut self, here: &Point, there: &Point) -> Result<Option<Point>> {
+    fn passage(&mut self, here: &BranchPoint, there: &BranchPoint) -> Result<Option<BranchPoint>> {
         let tolerance = self.extent.located * (self.extent.range[1] - self.extent.range[0]);
         let [a, b] = [&here.multipliers, &there.multipliers];
         let (Some(a), Some(b)) = (a, b) else { return Ok(None) };
@@ -442,7 +453,7 @@ impl Walk<'_, '_, '_> {
         let zero = if within > 0.0 { 0.5 * (growth(a) + growth(b)) } else { 0.0 };
         let level = |m: &Multipliers| growth(m) - zero;
         let (mut low, mut high) = ((0.0, level(a), here.key), (1.0, level(b), there.key));
-        let mut best: Option<Point> = None;
+        let mut best: Option<BranchPoint> = None;
         for round in 0..ROUNDS {
             let secant = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
             let inside = secant > low.0 && secant < high.0 && round % 3 < 2;
@@ -470,14 +481,14 @@ impl Walk<'_, '_, '_> {
                 SpecialKind::Torus => critical.arg() * point.cycle.frequency / (2.0 * std::f64::consts::PI),
                 _ => 0.0,
             };
-            best = Some(Point { special: Some(Special { kind, second }), ..point });
+            best = Some(BranchPoint { special: Some(Special { kind, second }), ..point });
             if apart < tolerance {
                 break;
             }
         }
         // At a fold that has not shown yet the key goes beyond both.
-        let beyond = |p: &Point| (p.key - here.key) * (there.key - p.key) <= 0.0;
-        let folds = |p: &Point| p.special.is_some_and(|s| s.kind == SpecialKind::Crossing) && beyond(p);
+        let beyond = |p: &BranchPoint| (p.key - here.key) * (there.key - p.key) <= 0.0;
+        let folds = |p: &BranchPoint| p.special.is_some_and(|s| s.kind == SpecialKind::Crossing) && beyond(p);
         Ok(best.filter(|p| !folds(p)))
     }
 }

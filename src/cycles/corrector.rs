@@ -5,7 +5,7 @@
 //! are smooth but where a node changes its status; differences so small hardly ever meet such a change, and the
 //! matrix is the one with the statuses as they are: an element of the generalised Jacobian of the semi-smooth map.
 
-use super::balance::{Balance, Conditions, Cycle, Marched, Memory, Resolution, Structure};
+use super::balance::{Balance, Conditions, ContactMemory, Marched, PeriodicSolution, Resolution, Structure};
 use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
 use faer::Mat;
@@ -34,7 +34,7 @@ pub struct Equations<'e, 'a> {
     /// Value of the key that counts from, and its unit.
     pub key: [f64; 2],
     /// The contact that marches begin with.
-    pub memory: Memory,
+    pub memory: ContactMemory,
     /// Marches made so far.
     pub marches: usize,
 }
@@ -44,7 +44,7 @@ pub struct Corrected {
     /// Unknowns.
     pub u: Vec<f64>,
     /// The cycle.
-    pub cycle: Cycle,
+    pub cycle: PeriodicSolution,
     /// Iterations.
     pub iterations: usize,
 }

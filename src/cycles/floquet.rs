@@ -5,7 +5,7 @@
 //! of the monodromy matrix for modes (y) and contact (c) these are M₁ = Φ_yy and M₂ = Φ_yy² + Φ_yc Φ_cy. What the
 //! contact knew a period ago is forgotten, Φ_cc Φ_cy = 0, and eigenvalues obey (μ² − μ M₁ − (M₂ − M₁²)) y = 0.
 
-use super::balance::{Conditions, Cycle, Structure};
+use super::balance::{Conditions, PeriodicSolution, Structure};
 use crate::transient::stepper::{Settings, State, Stepper};
 use crate::transient::{Energy, Model, Scheme};
 use crate::{Error, Result};
@@ -49,7 +49,7 @@ impl Multipliers {
 pub fn multipliers(
     structure: &Structure<'_>,
     conditions: &Conditions,
-    cycle: &Cycle,
+    cycle: &PeriodicSolution,
     samples: usize,
 ) -> Result<Multipliers> {
     let m = structure.model.omega.len();

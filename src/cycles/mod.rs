@@ -22,6 +22,6 @@ mod receptance;
 #[cfg(test)]
 mod tests;
 
-pub use balance::{Balance, Conditions, Cycle, Memory, Resolution, Structure};
-pub use branch::{Branch, End, Extent, Family, Point, Special, SpecialKind};
+pub use balance::{Balance, Conditions, ContactMemory, PeriodicSolution, Resolution, Structure};
+pub use branch::{Branch, BranchEnd, BranchExtent, BranchPoint, Family, Special, SpecialKind};
 pub use floquet::{multipliers, Multipliers};

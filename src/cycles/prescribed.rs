@@ -1,6 +1,6 @@
 //! A motion behind the contact that is given by its harmonics.
 
-use crate::transient::{Model, Motion};
+use crate::transient::{Dynamics, Model};
 use crate::Result;
 use faer::Mat;
 use std::cell::RefCell;
@@ -8,15 +8,15 @@ use std::rc::Rc;
 
 /// Samples of a periodic motion, `[N][r]`, and the one that the next step ends at.
 #[derive(Debug, Default)]
-pub(super) struct Course {
+pub(super) struct PrescribedMotion {
     pub(super) samples: Vec<Vec<f64>>,
     pub(super) next: usize,
 }
 
-/// The motion of a [`Course`], which another owner changes between marches.
-pub(super) struct Prescribed(pub(super) Rc<RefCell<Course>>);
+/// The motion of a [`PrescribedMotion`], which another owner changes between marches.
+pub(super) struct Prescribed(pub(super) Rc<RefCell<PrescribedMotion>>);
 
-impl Motion for Prescribed {
+impl Dynamics for Prescribed {
     fn operator(&self, model: &Model<'_>) -> Mat<f64> {
         model.residual.to_owned()
     }

@@ -9,7 +9,7 @@ use crate::friction::{Exponential, FrictionLaw};
 use crate::grid::Interface;
 use crate::model::ModalMatrix;
 use crate::transient::stepper::{Settings, State, Stepper};
-use crate::transient::{ContactSolver, Drive, Model, Scheme};
+use crate::transient::{ContactSolver, Loading, Model, Scheme};
 use faer::Mat;
 use std::f64::consts::PI;
 
@@ -58,7 +58,7 @@ impl Family for Belt {
             friction: FrictionLaw::from(law),
             solver: ContactSolver::Newton,
             tolerance: 1e-12,
-            drive: Drive::constant(
+            drive: Loading::constant(
                 NormalLoad::Approach(LOAD * SOFT),
                 Creepage { longitudinal: 1.0, lateral: 0.0, spin: 0.0 },
                 key,
@@ -97,7 +97,7 @@ fn cycles_of_a_mass_on_a_belt_turn_back_at_the_fold_and_end_at_rest() {
     let z = structure.follow(&mut stepper, RESOLUTION).unwrap();
     let state = stepper.state();
     let memory =
-        Memory { reaction: state.reaction.clone(), friction: state.friction.clone(), approach: state.approach };
+        ContactMemory { reaction: state.reaction.clone(), friction: state.friction.clone(), approach: state.approach };
     let unit = z[1..].iter().map(|z| z * z).sum::<f64>().sqrt();
     let mut equations = Equations {
         structure: &structure,
@@ -117,16 +117,16 @@ fn cycles_of_a_mass_on_a_belt_turn_back_at_the_fold_and_end_at_rest() {
     let multipliers = multipliers(&structure, &conditions, &found.cycle, RESOLUTION.samples).unwrap();
     // It sticks for a while: what deviates is gone within a period.
     assert!(found.cycle.stick()[0] > 0.01 && multipliers.is_stable(), "{multipliers:?}");
-    let start = Point { key: v, u: found.u, cycle: found.cycle, multipliers: Some(multipliers), special: None };
-    let extent = Extent { range: [0.3, 0.9], most: 200, longest: 0.2, located: 1e-6, stability: true };
-    let mut each = |_: &Point| Ok(true);
+    let start = BranchPoint { key: v, u: found.u, cycle: found.cycle, multipliers: Some(multipliers), special: None };
+    let extent = BranchExtent { range: [0.3, 0.9], most: 200, longest: 0.2, located: 1e-6, stability: true };
+    let mut each = |_: &BranchPoint| Ok(true);
     let branch = follow(&mut equations, &start, jacobian.as_ref().unwrap(), true, &extent, &mut each).unwrap();
-    let line = |p: &Point| {
+    let line = |p: &BranchPoint| {
         let m = p.multipliers.as_ref().map(|m| (m.values[0].norm(), m.phase));
         format!("{:.6} {:.4e} J, stick {:.3}, {m:?} {:?}", p.key, p.cycle.kinetic, p.cycle.stick()[0], p.special)
     };
     let text: Vec<String> = branch.points.iter().map(line).collect();
-    assert_eq!(branch.end, End::Rest, "{text:#?}");
+    assert_eq!(branch.end, BranchEnd::Rest, "{text:#?}");
     let kinds = |kind: SpecialKind| branch.points.iter().filter(move |p| p.special.is_some_and(|s| s.kind == kind));
     let folds: Vec<f64> = kinds(SpecialKind::Fold).map(|p| p.key).collect();
     // By Runge and Kutta's method, without compliance, a motion stays at 0.6474 m/s and dies out at 0.6490 m/s.
@@ -136,7 +136,7 @@ fn cycles_of_a_mass_on_a_belt_turn_back_at_the_fold_and_end_at_rest() {
     assert!(sticks.len() == 1 && (sticks[0] / 0.6440 - 1.0).abs() < 1e-3, "{sticks:?} {text:#?}");
     let at = branch.points.iter().position(|p| p.special.is_some_and(|s| s.kind == SpecialKind::Fold)).unwrap();
     let (before, after) = (&branch.points[..at], &branch.points[at + 1..]);
-    let stable = |p: &Point| p.multipliers.as_ref().unwrap().is_stable();
+    let stable = |p: &BranchPoint| p.multipliers.as_ref().unwrap().is_stable();
     assert!(before[..at - 1].iter().all(stable) && after[1..].iter().all(|p| !stable(p)), "{text:#?}");
     // Where friction feeds a small motion what damping takes.
     let onset = 0.3 * (LOAD * 0.2 / (0.3 * DAMPING)).ln();

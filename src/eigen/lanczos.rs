@@ -68,7 +68,7 @@ impl Sizes {
 }
 
 /// Converged pairs.
-pub(super) struct Found {
+pub(super) struct ConvergedPairs {
     /// θ of each, by falling size.
     pub theta: Vec<f64>,
     /// Orthonormal in the mass, `[n_local, theta.len()]`.
@@ -128,7 +128,7 @@ pub(super) fn run(
     goal: Goal,
     sizes: Sizes,
     progress: &mut dyn FnMut(usize, usize),
-) -> Result<Found> {
+) -> Result<ConvergedPairs> {
     let n = pencil.n_local();
     let room = pencil.order() as usize - deflated.ncols();
     let block = sizes.block.clamp(1, room.max(1));
@@ -387,7 +387,7 @@ impl Lanczos<'_> {
 
     /// The pairs converged so far, as far as no unconverged one is nearer to the shift on the same side. An image
     /// over θ is a better vector than the Ritz vector itself, and what it has beyond the basis is known.
-    fn finish(mut self, ritz: Ritz, restarts: usize) -> Found {
+    fn finish(mut self, ritz: Ritz, restarts: usize) -> ConvergedPairs {
         let (n, old, size, width) = (self.n, self.locked.len(), self.done, self.width());
         let mut open = [false; 2];
         let mut kept = Vec::new();
@@ -409,6 +409,6 @@ impl Lanczos<'_> {
         self.basis.shrink_to_fit();
         let mut theta = self.locked;
         theta.extend(kept.iter().map(|&i| ritz.theta[i]));
-        Found { theta, vectors: self.basis, restarts, solves: self.solves }
+        ConvergedPairs { theta, vectors: self.basis, restarts, solves: self.solves }
     }
 }

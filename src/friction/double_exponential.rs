@@ -1,7 +1,7 @@
 //! Friction that falls in two terms, a fast one and a slow one: the exponential formula of the program CONTACT, whose
 //! velocities are those at which half of a term is left (ln 2 of these).
 
-use super::falling::{falling, Falling};
+use super::velocity_weakening::{falling, Falling};
 
 falling! {
     /// mu(v) = kinetic + (static - kinetic) (share exp(-v / decay_velocity) + (1 - share) exp(-v /

@@ -1,7 +1,7 @@
 //! Friction that falls exponentially with the sliding velocity.
 
-use super::falling::{falling, Falling};
-use super::lapse;
+use super::velocity_weakening::{falling, Falling};
+use super::exp_simd;
 
 falling! {
     /// mu(v) = kinetic + (static - kinetic) exp(-v / decay_velocity).
@@ -28,7 +28,7 @@ impl Falling for Exponential {
 
     fn lefts_with_slopes(&self, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let mut left: Vec<f64> = v.iter().map(|v| v / self.decay_velocity).collect();
-        lapse::left(&mut left);
+        exp_simd::left(&mut left);
         let slope = left.iter().map(|l| -l / self.decay_velocity).collect();
         (left, slope)
     }

@@ -1,7 +1,7 @@
 //! Friction of wheel and rail as K. Kraft measured it, in the form of A. D. de Beer, M. H. A. Janssens, P. P.
 //! Kooijman (*J. Sound Vib.* 267 (2003)): it falls in two stages, about 0.2 and 10 m/s, to nothing.
 
-use super::falling::remembering;
+use super::velocity_weakening::remembering;
 use super::Law;
 
 /// The velocities of the two stages, m/s.

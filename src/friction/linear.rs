@@ -1,6 +1,6 @@
 //! Friction that falls in a straight line and is constant from there on: the linear formula of the program CONTACT.
 
-use super::falling::{falling, Falling};
+use super::velocity_weakening::{falling, Falling};
 
 falling! {
     /// mu(v) = kinetic + (static - kinetic) max(0, 1 - v / end_velocity).

@@ -13,7 +13,7 @@
 //! coefficient lies on the exponential of the same rate, so that at rest every step finds the course that the steady
 //! state has.
 
-use super::{lapse, FrictionLaw};
+use super::{exp_simd, FrictionLaw};
 
 /// Length of the memory where a job does not give it, m: a wear-in of asperities, as in the examples of CONTACT (0.02
 /// mm).
@@ -97,7 +97,7 @@ fn lapsed(x: f64) -> f64 {
         return 1.0 - (-x).exp();
     }
     // The series; its next term is below 1e-17 of it. By pairs, which do not wait for each other.
-    let pair = |n: usize| lapse::INVERSE_FACTORIALS[n + 1] - x * lapse::INVERSE_FACTORIALS[n + 2];
+    let pair = |n: usize| exp_simd::INVERSE_FACTORIALS[n + 1] - x * exp_simd::INVERSE_FACTORIALS[n + 2];
     let (square, fourth) = (x * x, x * x * (x * x));
     let first = pair(0) + square * pair(2);
     x * (first + fourth * (pair(4) + square * pair(6) + fourth * pair(8)))
@@ -151,7 +151,7 @@ impl FrictionLaw {
         let (memory, k) = (varying.law().memory(), v.len());
         let times = |time: fn(&Remembered) -> f64| v.iter().zip(before).map(move |(v, b)| memory.rate(*v) * time(b));
         let mut lapsed: Vec<f64> = times(|b| b.step).chain(times(|b| b.passage)).collect();
-        lapse::lapsed(&mut lapsed);
+        exp_simd::lapsed(&mut lapsed);
         let (steps, passages) = lapsed.split_at(k);
         for (i, before) in before.iter().enumerate() {
             (mu[i], slope[i]) = before.renewed((mu[i], slope[i]), memory.rate_slope(v[i]), [steps[i], passages[i]]);

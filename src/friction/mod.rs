@@ -4,9 +4,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-mod falling;
-mod lapse;
+mod exp_simd;
 mod memory;
+mod velocity_weakening;
 
 pub use memory::{Memory, Relaxation, Remembered};
 

@@ -1,7 +1,7 @@
 //! Friction that falls with the inverse of the sliding velocity: the rational formula of the program CONTACT (E. A.
 //! H. Vollebregt, *User guide for CONTACT, rolling and sliding contact with friction*).
 
-use super::falling::{falling, Falling};
+use super::velocity_weakening::{falling, Falling};
 
 falling! {
     /// mu(v) = kinetic + (static - kinetic) / (1 + v / half_velocity).

@@ -1,6 +1,6 @@
 //! Friction as it was measured: straight lines between the points of a table.
 
-use super::falling::remembering;
+use super::velocity_weakening::remembering;
 use super::Law;
 
 remembering! {

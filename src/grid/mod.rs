@@ -10,4 +10,4 @@ mod transfer;
 pub use faces::Faces;
 pub use interface::Interface;
 pub use surface::ContactGrid;
-pub use transfer::{averages, means, Means, Transfer, Weights};
+pub use transfer::{averages, means, DiscAverage, Transfer, Weights};

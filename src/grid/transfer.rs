@@ -31,9 +31,9 @@ pub enum Transfer {
     },
     /// The surface moves by π = (1, x, y) times three means of it over a disc, the first one; a second, wider one
     /// shows how little it depends on that.
-    Means {
+    DiscAverage {
         /// The discs.
-        discs: Vec<Means>,
+        discs: Vec<DiscAverage>,
         /// Angle from the axes y, z of the mesh to those of the grid about −x, rad: y of the mesh is (0, cos, −sin)
         /// there.
         tilt: f64,
@@ -45,14 +45,14 @@ impl Transfer {
     pub fn tilt(&self) -> f64 {
         match self {
             Self::Nodes(_) => 0.0,
-            Self::Averages { tilt, .. } | Self::Means { tilt, .. } => *tilt,
+            Self::Averages { tilt, .. } | Self::DiscAverage { tilt, .. } => *tilt,
         }
     }
 }
 
 /// Means of a surface over a disc about the origin, with Hertz' weight ω = 3/(2πb²)√(1 − r²/b²).
 #[derive(Debug, Clone, PartialEq)]
-pub struct Means {
+pub struct DiscAverage {
     /// Radius b of the disc, m.
     pub radius: f64,
     /// ∫ω π_m N_a ds for π = (1, x, y), 1 and m.
@@ -146,7 +146,7 @@ fn uncovered(faces: &Faces, p: [f64; 2], found: f64) -> Error {
 ///
 /// # Errors
 /// A place of the disc where there is no face; faces that look down or are steep.
-pub fn means(faces: &Faces, radius: f64) -> Result<Means> {
+pub fn means(faces: &Faces, radius: f64) -> Result<DiscAverage> {
     let pieces = faces.around([radius; 2])?;
     let mut weights = [const { BTreeMap::<u32, f64>::new() }; 3];
     for (place, weight) in disc(radius) {
@@ -168,7 +168,7 @@ pub fn means(faces: &Faces, radius: f64) -> Result<Means> {
             }
         }
     }
-    Ok(Means { radius, weights: weights.map(sorted) })
+    Ok(DiscAverage { radius, weights: weights.map(sorted) })
 }
 
 /// Points of the disc and their weights, ω in them: with s = √(1 − r²/b²) ∫ω f ds = 3/(2π) ∫s² ds ∫f dφ, which is
@@ -304,7 +304,7 @@ mod tests {
     fn means_over_a_disc() {
         for kind in CellKind::ALL {
             let mesh = block(kind);
-            let Means { weights, .. } = means(&Faces::of(&mesh, "top").expect("faces"), 0.06).expect("a disc");
+            let DiscAverage { weights, .. } = means(&Faces::of(&mesh, "top").expect("faces"), 0.06).expect("a disc");
             let of = |m: usize, f: &dyn Fn([f64; 3]) -> f64| -> f64 {
                 weights[m].iter().map(|&(n, w)| w * f(mesh.nodes[n as usize])).sum()
             };

@@ -1,7 +1,7 @@
 //! Keys of `analyses.sweep.cycles`.
 
 use super::transient::{
-    default_step, default_step_tolerance, default_theta, Hold, SoundPower, Start, StartState, Transient,
+    default_step, default_step_tolerance, default_theta, HeldQuantity, SoundPower, Start, StartState, Transient,
     TransientModel, TransientSolver,
 };
 use schemars::JsonSchema;
@@ -51,7 +51,7 @@ pub struct Cycles {
     pub tolerance: f64,
     /// Quantity held at rest: the approach, or the normal load.
     #[serde(default)]
-    pub hold: Hold,
+    pub hold: HeldQuantity,
     /// Sound power of the motions, in third octaves; `from` is not given here.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sound_power: Option<SoundPower>,
@@ -115,7 +115,7 @@ impl Default for Cycles {
             step: default_step(),
             theta: default_theta(),
             tolerance: default_step_tolerance(),
-            hold: Hold::default(),
+            hold: HeldQuantity::default(),
             sound_power: None,
         }
     }

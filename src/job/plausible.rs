@@ -19,9 +19,9 @@ enum Scope {
     /// In jobs with a wheel on a rail (`contact.placement`) or with a rail on its track.
     OnRail,
     /// In all others.
-    Elsewhere,
+    CachedModes,
 }
-use Scope::{Elsewhere, Everywhere, OnRail};
+use Scope::{CachedModes, Everywhere, OnRail};
 
 /// A unit in which a value may have been given instead, and the value in the unit of the job.
 type Unit = (&'static str, fn(f64) -> f64);
@@ -86,9 +86,9 @@ const USUAL: &[Usual] = &[
     usual("contact.placement.contact.wheel", OnRail, "a place on a profile", [0.0, 0.1], LENGTH),
     usual("contact.placement.contact.rail", OnRail, "a place on a profile", [0.0, 0.1], LENGTH),
     usual("bodies.*.material.young", OnRail, "the modulus of a metal", [1e10, 1e12], ELASTIC),
-    usual("bodies.*.material.young", Elsewhere, "the modulus of a solid", [1e5, 1.5e12], ELASTIC),
+    usual("bodies.*.material.young", CachedModes, "the modulus of a solid", [1e5, 1.5e12], ELASTIC),
     usual("bodies.*.material.density", OnRail, "the density of a metal", [1e3, 2.5e4], DENSITY),
-    usual("bodies.*.material.density", Elsewhere, "the density of a solid", [10.0, 2.5e4], DENSITY),
+    usual("bodies.*.material.density", CachedModes, "the density of a solid", [10.0, 2.5e4], DENSITY),
     usual("bodies.*.axle_distance", Everywhere, "the radius of a wheel", [1e-3, 5.0], LENGTH),
     usual("bodies.*.mesh.cylinder.outer_radius", Everywhere, "the radius of a cylinder", [1e-4, 10.0], LENGTH),
     usual("bodies.*.mesh.cylinder.thickness", Everywhere, "the width of a cylinder", [1e-4, 10.0], LENGTH),

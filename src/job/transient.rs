@@ -33,7 +33,7 @@ pub struct Transient {
     pub start: Start,
     /// Quantity held at the start: the approach, or the normal load.
     #[serde(default)]
-    pub hold: Hold,
+    pub hold: HeldQuantity,
     /// Load and creepages as functions of time; those not given are constant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub histories: Option<Histories>,
@@ -114,7 +114,7 @@ pub enum TransientSolver {
 /// Quantity held at the start.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Hold {
+pub enum HeldQuantity {
     /// The rigid approach: the load varies with the vibration.
     #[default]
     Approach,

@@ -1,7 +1,7 @@
 //! Rules between keys, which the schema cannot express.
 
 use super::model::*;
-use super::transient::{Hold, SoundPower, StartState, Transient, TransientModel};
+use super::transient::{HeldQuantity, SoundPower, StartState, Transient, TransientModel};
 
 mod absorber;
 mod curving;
@@ -566,7 +566,7 @@ fn check_transient(job: &Job, transient: &Transient, (path, faults): (&str, &mut
             faults.push(format!("{path}.histories: both normal_load and approach are given; give one of them"));
         }
         Some(h) if h.normal_load.is_some() || h.approach.is_some() => {}
-        _ if transient.hold == Hold::Load && !load_given => {
+        _ if transient.hold == HeldQuantity::Load && !load_given => {
             faults.push(format!("{path}.hold: \"load\" needs contact.normal_load; the job gives an approach"));
         }
         _ => {}
@@ -579,7 +579,7 @@ fn check_full(job: &Job, transient: &Transient, (path, faults): (&str, &mut Vec<
     let mut refuse = |key: &str, found: &str, why: &str| {
         faults.push(format!("{path}.{key}: found {found}, but {path}.model is \"full\": {why}"));
     };
-    if transient.hold == Hold::Load || load {
+    if transient.hold == HeldQuantity::Load || load {
         let key = if load { "histories.normal_load" } else { "hold" };
         refuse(key, "a given load", "its law of impact holds the approach; give that, or take the model \"reduced\"");
     }

@@ -1,20 +1,20 @@
 //! Damping of modes, as a job gives it.
 
-use crate::body::{ModalMatrix, ModeName};
+use crate::body::{ModalMatrix, ModeLabel};
 use crate::job::{self, ModalDamping};
 use crate::parallel::World;
 use crate::{Error, Result};
 
 /// Intrinsic damping of a body.
 #[derive(Debug, Clone, Default)]
-pub struct Own {
+pub struct IntrinsicDamping {
     /// ΦᵀCΦ of its damping matrix, 1/s, where it has one.
     pub matrix: Option<ModalMatrix>,
     /// φᵀKφ of its modes in springs that have a loss factor of their own, 1/s², `[m]`; empty where there are none.
     pub springs: Vec<f64>,
 }
 
-impl Own {
+impl IntrinsicDamping {
     /// Collective: that of rank 0 on every rank.
     pub fn broadcast(world: &World, root: Option<&Self>) -> Self {
         let matrix = ModalMatrix::broadcast(world, root.and_then(|own| own.matrix.as_ref()));
@@ -28,7 +28,7 @@ impl Own {
 /// their own. `names` has the nodal diameters, where they are known; `key` names the damping in messages.
 pub fn damping(
     given: &job::Damping,
-    (omega, names): (&[f64], &[ModeName]),
+    (omega, names): (&[f64], &[ModeLabel]),
     springs: &[f64],
     key: &str,
 ) -> Result<Vec<f64>> {

@@ -1,6 +1,6 @@
 //! Measured frequencies and damping in place of computed ones; shapes and residual compliance stay.
 
-use crate::body::{ModeName, TraceModes};
+use crate::body::{ModeLabel, TraceModes};
 use crate::job::{Body, Job, MeasuredMode};
 use crate::{Error, Result};
 use faer::Mat;
@@ -17,7 +17,7 @@ const TOLD: usize = 12;
 
 /// The modes of a `body` that a measured one is, of those with the angular frequencies `omega` (rad/s) and `names`.
 /// With `taken` the measured frequency has been put into `omega`.
-fn places(mode: &MeasuredMode, (omega, names): (&[f64], &[ModeName]), taken: bool) -> Vec<usize> {
+fn places(mode: &MeasuredMode, (omega, names): (&[f64], &[ModeLabel]), taken: bool) -> Vec<usize> {
     let hertz = |k: usize| omega[k] / (2.0 * PI);
     let named = |k: usize| {
         let name = names.get(k);
@@ -33,7 +33,7 @@ fn places(mode: &MeasuredMode, (omega, names): (&[f64], &[ModeName]), taken: boo
 }
 
 /// True if modes are one, or a pair of one name.
-fn are_one(found: &[usize], (omega, names): (&[f64], &[ModeName])) -> bool {
+fn are_one(found: &[usize], (omega, names): (&[f64], &[ModeLabel])) -> bool {
     let Some(&first) = found.first() else { return false };
     let same = |k: &usize| (omega[*k] - omega[first]).abs() <= PAIR * omega[first] && names.get(*k) == names.get(first);
     found.len() <= 2 && found.iter().all(same)
@@ -77,12 +77,12 @@ fn of<'a>(job: &'a Job, name: &str) -> Option<&'a [MeasuredMode]> {
 }
 
 /// A mode in words.
-fn described(k: usize, (omega, names): (&[f64], &[ModeName])) -> String {
+fn described(k: usize, (omega, names): (&[f64], &[ModeLabel])) -> String {
     let name = names.get(k).map_or(String::new(), |name| format!(" {name}"));
     format!("{:.2} Hz{name}", omega[k] / (2.0 * PI))
 }
 
-fn refused(path: &str, mode: &MeasuredMode, found: &[usize], known: (&[f64], &[ModeName])) -> Error {
+fn refused(path: &str, mode: &MeasuredMode, found: &[usize], known: (&[f64], &[ModeLabel])) -> Error {
     let count = match found.len() {
         0 => "no computed mode".into(),
         n => format!("{n} computed modes"),
@@ -124,7 +124,7 @@ pub(super) fn change(modes: &TraceModes, rows: &Mat<f64>) -> Option<Mat<f64>> {
 
 /// Puts the measured damping of `body` into the coefficients `modal`, 1/s, of modes with the angular frequencies
 /// `omega`, rad/s, which are measured where that was done; `own` is what a mode has by a damping matrix beside them.
-pub(super) fn damp(body: &Body, (omega, names): (&[f64], &[ModeName]), own: &dyn Fn(usize) -> f64, modal: &mut [f64]) {
+pub(super) fn damp(body: &Body, (omega, names): (&[f64], &[ModeLabel]), own: &dyn Fn(usize) -> f64, modal: &mut [f64]) {
     for mode in body.modes.iter().flat_map(|m| &m.measured) {
         let Some(loss) = mode.loss() else { continue };
         for k in places(mode, (omega, names), true) {
@@ -153,7 +153,7 @@ mod tests {
 
     fn modes() -> TraceModes {
         let omega = [100.0, 350.6, 350.6, 968.0, 968.001, 990.0].map(|f| 2.0 * PI * f).to_vec();
-        let name = |order: u32, family: &str| ModeName { order, family: family.into() };
+        let name = |order: u32, family: &str| ModeLabel { order, family: family.into() };
         let names = [(0, "axial 0"), (2, "axial 0"), (2, "axial 0"), (3, "axial 0"), (3, "axial 0"), (2, "radial 0")];
         let names = names.map(|(n, f)| name(n, f)).to_vec();
         TraceModes { omega, names, ..TraceModes::default() }

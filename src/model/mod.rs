@@ -1,8 +1,8 @@
 //! The reduced model: what contact analyses need of the two bodies and of the interface between them, dense, made
 //! once for a run.
 
-mod compact;
 mod damping;
+mod low_rank_compliance;
 mod measured;
 mod pair;
 mod receptance;
@@ -17,14 +17,14 @@ use crate::{Error, Result};
 use faer::Mat;
 
 pub use crate::body::convolution::Product;
-pub use crate::body::rotation::{ModalRotation, Turning};
-pub use crate::body::{Convolution, ModalMatrix, ModeName, TraceModes};
-pub use damping::{damping, Own};
+pub use crate::body::rotation::{ModalRotation, RotationTerms};
+pub use crate::body::{Convolution, ModalMatrix, ModeLabel, TraceModes};
+pub use damping::{damping, IntrinsicDamping};
 pub use measured::{measure, shifts};
-pub use pair::{combined_compliance, ModalPair};
+pub use pair::{combined_compliance, CoupledModel};
 pub use receptance::receptance;
 use rotating::Dynamics;
-pub use rotating::{travelling, turning, waves, Wave};
+pub use rotating::{travelling, turning, waves, RailMode};
 
 /// Two bodies and the interface between them.
 #[derive(Debug, Clone)]
@@ -36,9 +36,9 @@ pub struct ReducedModel {
     /// Index in `bodies` of the lower and of the upper body.
     pub place: [usize; 2],
     /// Both bodies together: W, its residual, the modes.
-    pub pair: ModalPair,
+    pub pair: CoupledModel,
     /// Intrinsic damping of the lower and the upper body.
-    pub own: [Own; 2],
+    pub own: [IntrinsicDamping; 2],
     /// Contribution of rotation to the lower and to the upper body, where they were made for it.
     pub rotation: [Option<ModalRotation>; 2],
     /// The compliances of `bodies` at rest, where these rotate, m/N, `[3n, 3n]`.
@@ -47,14 +47,14 @@ pub struct ReducedModel {
 
 /// Contact trace of a body, in lower form.
 #[derive(Debug, Clone)]
-pub struct AtContact {
+pub struct ContactTrace {
     /// Its modes at the contact rows.
     pub modes: TraceModes,
     /// Compliance of the contact rows, m/N, `[3n, 3n]`.
     pub compliance: Mat<f64>,
 }
 
-impl AtContact {
+impl ContactTrace {
     /// A compliance without modes.
     pub fn statics(compliance: Mat<f64>) -> Self {
         let rows = Some(Mat::zeros(compliance.nrows(), 0));
@@ -64,24 +64,25 @@ impl AtContact {
 
 impl ReducedModel {
     /// The model of the job from the bodies that differ, `place` naming the lower and the upper one of `parts`.
-    pub fn assemble(job: &Job, interface: Interface, parts: Vec<AtContact>, place: [usize; 2]) -> Result<Self> {
+    pub fn assemble(job: &Job, interface: Interface, parts: Vec<ContactTrace>, place: [usize; 2]) -> Result<Self> {
         let missing = || Error::Defect("a body of the reduced model is missing on rank 0".into());
         let given = given(job);
         // One body in two places is one still if it is damped alike.
         let alike = place[0] == place[1]
             && given[0].map(|b| (&b.damping, b.rotation)) == given[1].map(|b| (&b.damping, b.rotation));
         let twice = place[0] == place[1] && !alike;
-        let mut parts: Vec<Option<AtContact>> = parts.into_iter().map(Some).collect();
+        let mut parts: Vec<Option<ContactTrace>> = parts.into_iter().map(Some).collect();
         let (mut bodies, mut at_rest) = (Vec::new(), Vec::new());
-        let (mut own, mut rotation) = ([Own::default(), Own::default()], [None, None]);
+        let (mut own, mut rotation) = ([IntrinsicDamping::default(), IntrinsicDamping::default()], [None, None]);
         for side in Side::BOTH.into_iter().take(if alike { 1 } else { 2 }) {
             let part = parts.get_mut(place[side.index()]).ok_or_else(missing)?;
             let part = if twice && side == Side::Lower { part.clone() } else { part.take() };
-            let AtContact { modes, mut compliance } = part.ok_or_else(missing)?;
+            let ContactTrace { modes, mut compliance } = part.ok_or_else(missing)?;
             if let Some(change) = modes.rows.as_ref().and_then(|rows| measured::change(&modes, rows)) {
                 compliance += change;
             }
-            own[side.index()] = Own { matrix: modes.damping.map(ModalMatrix::from), springs: modes.springs };
+            own[side.index()] =
+                IntrinsicDamping { matrix: modes.damping.map(ModalMatrix::from), springs: modes.springs };
             let names = modes.names;
             let damping = damping_of(job, side, (&modes.omega, &names), &own[side.index()])?;
             let rows = modes.rows.ok_or_else(missing)?;
@@ -125,13 +126,13 @@ impl ReducedModel {
         let (Some(lower), Some(upper)) = (bodies.get(place[0]), bodies.get(place[1])) else {
             return Err(Error::Defect(format!("reduced model: bodies {place:?} of {}", bodies.len())));
         };
-        let pair = ModalPair::new(lower, upper)?;
+        let pair = CoupledModel::new(lower, upper)?;
         let at_rest = vec![None; bodies.len()];
         Ok(Self { interface, bodies, place, pair, own: Default::default(), rotation: [None, None], at_rest })
     }
 
     /// Both bodies with the damping and the rotation of another `job` on them.
-    pub fn pair_of(&self, job: &Job) -> Result<ModalPair> {
+    pub fn pair_of(&self, job: &Job) -> Result<CoupledModel> {
         let mut pair = self.pair.clone();
         if adapt(&mut pair, job, &self.own, &self.rotation)? {
             pair.renew_compliance();
@@ -148,7 +149,12 @@ fn given(job: &Job) -> [Option<&job::Body>; 2] {
 /// Damping of modes with the angular frequencies `omega`, rad/s, and the names, where they are known, of the body on
 /// a side of `job`: by the coefficients that the job gives, beside its `own`, which a body by matrices, a rail and
 /// supports bring; none of a body that the job does not give.
-fn damping_of(job: &Job, side: Side, (omega, names): (&[f64], &[ModeName]), own: &Own) -> Result<ModalMatrix> {
+fn damping_of(
+    job: &Job,
+    side: Side,
+    (omega, names): (&[f64], &[ModeLabel]),
+    own: &IntrinsicDamping,
+) -> Result<ModalMatrix> {
     let Some(body) = given(job)[side.index()] else { return Ok(vec![0.0; omega.len()].into()) };
     let key = format!("bodies.{}.damping", side.name());
     let mut modal = damping(&body.damping, (omega, names), &own.springs, &key)?;
@@ -165,8 +171,8 @@ fn damping_of(job: &Job, side: Side, (omega, names): (&[f64], &[ModeName]), own:
 pub struct SharedModel {
     /// The grid or the points, with the gap.
     pub interface: Interface,
-    pair: ModalPair,
-    own: [Own; 2],
+    pair: CoupledModel,
+    own: [IntrinsicDamping; 2],
     rotation: [Option<ModalRotation>; 2],
 }
 
@@ -174,7 +180,7 @@ impl SharedModel {
     /// Collective: the model of rank 0 on every rank.
     pub fn broadcast(world: &World, root: Option<&ReducedModel>) -> Result<Self> {
         let interface = shared(world, root.map(|m| &m.interface))?;
-        let own = [0, 1].map(|place| Own::broadcast(world, root.map(|m| &m.own[place])));
+        let own = [0, 1].map(|place| IntrinsicDamping::broadcast(world, root.map(|m| &m.own[place])));
         let rotation = [0, 1].map(|place| {
             let of = |f: fn(&ModalRotation) -> &Mat<f64>| {
                 broadcast(world, root.and_then(|m| m.rotation[place].as_ref()).map(f))
@@ -183,7 +189,7 @@ impl SharedModel {
             let derivative = of(|r| &r.derivative);
             (gyroscopic.nrows() > 0).then_some(ModalRotation { gyroscopic, stiffness, derivative })
         });
-        Ok(Self { interface, pair: ModalPair::broadcast(world, root.map(|m| &m.pair)), own, rotation })
+        Ok(Self { interface, pair: CoupledModel::broadcast(world, root.map(|m| &m.pair)), own, rotation })
     }
 
     /// Number of modes of the lower body.
@@ -201,7 +207,7 @@ impl SharedModel {
 
     /// Both bodies with the damping and the rotation of `job`. Where a state of rest does not see W it stays that of
     /// before: stability has no use for it, and it takes longer than all else here.
-    pub fn pair(&mut self, job: &Job) -> Result<&ModalPair> {
+    pub fn pair(&mut self, job: &Job) -> Result<&CoupledModel> {
         let changed = adapt(&mut self.pair, job, &self.own, &self.rotation)?;
         if changed && self.pair.local.is_none() {
             self.pair.renew_compliance();
@@ -212,7 +218,12 @@ impl SharedModel {
 
 /// Gives `pair` the damping and the rotation of `job`; `own` and `rotation` are what the bodies bring for them.
 /// Whether W is another one then.
-fn adapt(pair: &mut ModalPair, job: &Job, own: &[Own; 2], rotation: &[Option<ModalRotation>; 2]) -> Result<bool> {
+fn adapt(
+    pair: &mut CoupledModel,
+    job: &Job,
+    own: &[IntrinsicDamping; 2],
+    rotation: &[Option<ModalRotation>; 2],
+) -> Result<bool> {
     let (lower, upper) = pair.omega.split_at(pair.lower_modes);
     let [lower, upper] = [(Side::Lower, lower), (Side::Upper, upper)].map(|(side, omega)| {
         let damping = damping_of(job, side, (omega, &pair.names[side.index()]), &own[side.index()])?;
@@ -224,7 +235,8 @@ fn adapt(pair: &mut ModalPair, job: &Job, own: &[Own; 2], rotation: &[Option<Mod
     let changed = rotation.iter().any(Option::is_some) && stiffness != pair.stiffness;
     pair.stiffness = stiffness;
     pair.damping = lower.damping.joined(&upper.damping);
-    pair.turning = Turning::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
+    pair.turning =
+        RotationTerms::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
     Ok(changed)
 }
 

@@ -1,8 +1,8 @@
 //! Two bodies on one interface: compliance, residual and modes of both together.
 
 use super::broadcast;
-use crate::body::rotation::Turning;
-use crate::body::{Convolution, ModalMatrix, ModeName, ReducedBody, Side};
+use crate::body::rotation::RotationTerms;
+use crate::body::{Convolution, ModalMatrix, ModeLabel, ReducedBody, Side};
 use crate::grid::Interface;
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -10,7 +10,7 @@ use faer::{Mat, MatRef};
 
 /// Two bodies on one interface: combined compliance and modes.
 #[derive(Debug, Clone)]
-pub struct ModalPair {
+pub struct CoupledModel {
     /// W = C1 + E C2 E, m/N, `[3n, 3n]`; its transpose where bodies rotate, see [`influence`](Self::influence).
     pub compliance: Mat<f64>,
     /// Local part of W for a state of rest, where the bodies are placed as they are under the load: that of
@@ -30,16 +30,16 @@ pub struct ModalPair {
     /// Modal damping, 1/s, in the same order; with gyroscopic terms of bodies that rotate.
     pub damping: ModalMatrix,
     /// Terms of rotation in both; none of bodies at rest.
-    pub turning: Option<Turning>,
+    pub turning: Option<RotationTerms>,
     /// m1.
     pub lower_modes: usize,
     /// Names of the modes of the lower and of the upper body; empty where that is not known.
-    pub names: [Vec<ModeName>; 2],
+    pub names: [Vec<ModeLabel>; 2],
     /// Highest frequency up to which the modes of both bodies are known, Hz.
     pub reach: f64,
 }
 
-impl ModalPair {
+impl CoupledModel {
     /// Combines the lower and the upper body (both in lower form). Rigid-body modes (ω = 0) have no part in the
     /// compliance.
     pub fn new(lower: &ReducedBody, upper: &ReducedBody) -> Result<Self> {
@@ -76,7 +76,7 @@ impl ModalPair {
             ModalMatrix::Blocks(_) => &compliance - &modes * stiffness.statics(modes.transpose()),
         };
         let turning =
-            Turning::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
+            RotationTerms::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
         let compliance = if turning.is_some() { compliance.transpose().to_owned() } else { compliance };
         let names = [lower.names.clone(), upper.names.clone()];
         Ok(Self {
@@ -169,8 +169,8 @@ impl ModalPair {
     }
 
     /// Collective: the pair of rank 0 on every rank.
-    pub fn broadcast(world: &World, root: Option<&ModalPair>) -> Self {
-        let list = |of: &dyn Fn(&ModalPair) -> Vec<f64>| world.broadcast(root.map(of).unwrap_or_default());
+    pub fn broadcast(world: &World, root: Option<&CoupledModel>) -> Self {
+        let list = |of: &dyn Fn(&CoupledModel) -> Vec<f64>| world.broadcast(root.map(of).unwrap_or_default());
         Self {
             compliance: broadcast(world, root.map(|p| &p.compliance)),
             local: Some(broadcast(world, root.and_then(|p| p.local.as_ref()))).filter(|m| m.nrows() > 0),
@@ -182,8 +182,8 @@ impl ModalPair {
             omega: list(&|p| p.omega.clone()),
             stiffness: ModalMatrix::broadcast(world, root.map(|p| &p.stiffness)),
             damping: ModalMatrix::broadcast(world, root.map(|p| &p.damping)),
-            turning: Turning::broadcast(world, root.and_then(|p| p.turning.as_ref())),
-            names: [0, 1].map(|i| ModeName::broadcast(world, root.map(|p| &p.names[i][..]))),
+            turning: RotationTerms::broadcast(world, root.and_then(|p| p.turning.as_ref())),
+            names: [0, 1].map(|i| ModeLabel::broadcast(world, root.map(|p| &p.names[i][..]))),
             reach: list(&|p| vec![p.reach]).first().copied().unwrap_or(0.0),
             lower_modes: list(&|p| vec![p.lower_modes as f64]).first().map_or(0, |&n| n as usize),
         }

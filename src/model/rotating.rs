@@ -1,7 +1,7 @@
 //! Equations of motion of the modes of a body that rotates: q̈ + (C + G) q̇ + (ω² + K_σ − K_c + C D′) q = f. Damping
 //! acts on the material rate q̇ + D′q.
 
-use crate::body::rotation::{ModalRotation, Turning};
+use crate::body::rotation::{ModalRotation, RotationTerms};
 use crate::body::{ModalMatrix, ReducedBody};
 use crate::{Error, Result};
 use faer::Mat;
@@ -15,7 +15,7 @@ pub struct Dynamics {
     /// Modal damping, 1/s, with the gyroscopic terms of a body that rotates.
     pub damping: ModalMatrix,
     /// Terms of rotation in both.
-    pub turning: Option<Turning>,
+    pub turning: Option<RotationTerms>,
 }
 
 impl Dynamics {
@@ -29,7 +29,7 @@ impl Dynamics {
         let derivative = faer::Scale(speed) * &rotation.derivative;
         let own = Mat::from_fn(omega.len(), omega.len(), |i, j| if i == j { omega[i] * omega[i] } else { 0.0 });
         let stiffness = own + faer::Scale(speed * speed) * &rotation.stiffness + &c * &derivative;
-        let turning = Turning { dissipation: damping, derivative: Some(derivative.into()) };
+        let turning = RotationTerms { dissipation: damping, derivative: Some(derivative.into()) };
         let damping = c + faer::Scale(speed) * &rotation.gyroscopic;
         Self { stiffness: stiffness.into(), damping: damping.into(), turning: Some(turning) }
     }
@@ -48,7 +48,7 @@ pub fn turning(body: ReducedBody, rotation: &ModalRotation, speed: f64) -> Reduc
 
 /// A wave of a body that rotates, as seen from beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Wave {
+pub struct RailMode {
     /// Frequency, Hz.
     pub frequency: f64,
     /// Nodal diameters; positive where the wave travels with the rotation, negative against it.
@@ -77,7 +77,7 @@ const STILL: [f64; 2] = [1e-6, 0.02];
 /// The waves of an undamped body with the modes `omega` (rad/s; 0 for those of a free body as a whole) that rotates
 /// with the angular velocity `speed`, rad/s; ascending, as many as modes: of those as a whole the precession of the
 /// axis oscillates, the others have the frequency 0. An error where rotation leaves no stiffness.
-pub fn waves(omega: &[f64], rotation: &ModalRotation, speed: f64) -> Result<Vec<Wave>> {
+pub fn waves(omega: &[f64], rotation: &ModalRotation, speed: f64) -> Result<Vec<RailMode>> {
     let m = omega.len();
     let Dynamics { stiffness, damping: gyroscopic, .. } =
         Dynamics::new(omega, vec![0.0; m].into(), Some((rotation, speed)));
@@ -97,11 +97,11 @@ pub fn waves(omega: &[f64], rotation: &ModalRotation, speed: f64) -> Result<Vec<
     let least = if rigid > 0 { STILL[0].max(STILL[1] * speed.abs() / unit) } else { 0.0 };
     let still = (0..2 * m).filter(|&k| values[k].norm() <= least).count();
     let whole = rigid.min(still / 2);
-    found.resize(whole, Wave { frequency: 0.0, diameters: 0.0 });
+    found.resize(whole, RailMode { frequency: 0.0, diameters: 0.0 });
     for k in (0..2 * m).filter(|&k| values[k].im > 0.0 && values[k].norm() > least) {
         let modal: Vec<Complex<f64>> = (0..m).map(|i| eigen.U()[(i, k)]).collect();
         let frequency = values[k].im * unit / (2.0 * std::f64::consts::PI);
-        found.push(Wave { frequency, diameters: travelling(rotation, &modal) });
+        found.push(RailMode { frequency, diameters: travelling(rotation, &modal) });
     }
     if found.len() != m {
         return Err(failed(format!(

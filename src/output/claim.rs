@@ -1,7 +1,7 @@
 //! The claim of a run on its result file: no two runs write to one name at once, and what came under the name since the
 //! run began is not replaced.
 
-use super::partial::failure;
+use super::atomic_file::failure;
 use crate::{Error, Result};
 use rustix::fs::{flock, FlockOperation};
 use rustix::io::Errno;

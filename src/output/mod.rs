@@ -9,34 +9,34 @@
 //!
 //! `docs/reference/output.md` lists what is in the file.
 
+mod atomic_file;
 mod checksums;
 mod claim;
 pub mod datasets;
 mod dimensions;
 mod fields;
 mod modes;
-mod partial;
+mod overwrite_policy;
+mod paraview_alias;
 mod patch;
 mod provenance;
 mod read;
-mod replace;
 mod result;
 mod segments;
 mod sequence;
-mod shown;
 pub mod surface;
 mod table;
 mod values;
 pub mod verdict;
 mod vtkhdf;
 
+pub use atomic_file::Leftovers;
 pub use fields::{contact_fields, on_points, BodyPart, FieldKind, FieldSpec, PointField};
 pub use modes::write_modes;
-pub use partial::Leftovers;
+pub use overwrite_policy::is_result;
 pub use patch::{averaged, GridPatch};
 pub use provenance::{sha256, utc_now, Provenance};
 pub use read::{survey, Reader};
-pub use replace::is_result;
 pub use result::{companion, outputs, ResultFile, MODEL, SHAPES};
 pub use segments::{job_of_run, Entry, Part, Segments};
 pub use sequence::{Sequence, SequenceFile};

@@ -260,7 +260,7 @@ pub fn survey(path: &Path, head: bool) -> Result<()> {
 fn read_all(path: &Path, head: bool) -> Result<()> {
     let reader = Reader::open(path)?;
     if head {
-        super::replace::is_result(path)?;
+        super::overwrite_policy::is_result(path)?;
         return Ok(());
     }
     for group in ["reduced", "modes", "checksums"] {

@@ -1,13 +1,13 @@
 //! The main file of a run.
 
+use super::atomic_file::{check_target, clear, Leftovers, Partial};
 use super::claim::Claim;
 use super::fields::{BodyPart, PointField};
-use super::partial::{check_target, clear, Leftovers, Partial};
+use super::overwrite_policy::replaceable;
+use super::paraview_alias::show;
 use super::patch::GridPatch;
-use super::replace::replaceable;
 use super::segments::{append_to, Segments};
 use super::sequence::SequenceFile;
-use super::shown::show;
 use super::table::Table;
 use super::vtkhdf::{skeleton, strong, write_slabs, Piece};
 use crate::parallel::World;
@@ -169,7 +169,7 @@ impl<'w> ResultFile<'w> {
         match shapes {
             Some(made) => made.finish()?,
             None => drop(self.world.on_root(|| match std::fs::remove_file(&path) {
-                Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(super::partial::failure(&path, &e)),
+                Err(e) if e.kind() != std::io::ErrorKind::NotFound => Err(super::atomic_file::failure(&path, &e)),
                 _ => Ok(()),
             })?),
         }

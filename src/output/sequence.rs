@@ -1,9 +1,9 @@
 //! Sequences of fields on a geometry that stays: modes one after the other, a complex mode over its period, a
 //! transient.
 
+use super::atomic_file::{check_target, Partial};
 use super::checksums::Written;
 use super::fields::{BodyPart, FieldSpec, PointField};
-use super::partial::{check_target, Partial};
 use super::table::Table;
 use super::vtkhdf::{skeleton, strong, OpenSlabs, Piece, Slab, Slot};
 use crate::parallel::World;

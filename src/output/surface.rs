@@ -1,9 +1,9 @@
 //! The surfaces of meshes before anything is computed: a file that ParaView opens and `plot` draws
 //! (`docs/reference/output.md`, "Meshes before a run").
 
-use super::partial::{sweep, Partial};
+use super::atomic_file::{sweep, Partial};
+use super::overwrite_policy::replaceable;
 use super::read::Reader;
-use super::replace::replaceable;
 use super::table::Table;
 use super::vtkhdf::skeleton;
 use crate::{Error, Result};

@@ -4,8 +4,8 @@
 //! Layout after the VTKHDF specification (docs.vtk.org, "VTKHDF format specification"): version 1.0 without steps,
 //! 2.0 with them.
 
+use super::atomic_file::Partial;
 use super::fields::{BodyPart, FieldKind, FieldSpec, PointField};
-use super::partial::Partial;
 use super::patch::{self, Block, GridPatch};
 use super::table::{describe, parent, Table};
 use super::values::{Layout, Values};

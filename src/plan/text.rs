@@ -1,14 +1,14 @@
 //! The steps of a run in words, for `railsqueal check`.
 
 use super::{models, BodySize};
-use crate::analysis::steps::{steps, Earlier, Step};
+use crate::analysis::steps::{steps, PriorRun, Step};
 use crate::job::{self, Compliance, Contact, Job, LinearSolver, Load, MeshSource, ModesExtent, TransientModel};
 
 /// Steps of a run of `job`, in order, one line each.
 pub(super) fn lines(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
     let once = if alike { " (the bodies are described alike: computed once)" } else { "" };
     let mut lines: Vec<String> =
-        steps(job, Earlier::default()).into_iter().filter_map(|s| line(s, job, bodies, once)).collect();
+        steps(job, PriorRun::default()).into_iter().filter_map(|s| line(s, job, bodies, once)).collect();
     if let Some(sweep) = &job.sweep {
         let models = models(sweep).len();
         lines.push(format!(
@@ -66,7 +66,7 @@ fn given(contact: &Contact) -> String {
 fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String> {
     let (wanted, contact) = (&job.analyses, job.contact.as_ref());
     match step {
-        Step::Earlier | Step::EarlierShapes | Step::EarlierModes | Step::Geometry | Step::FreeModes => None,
+        Step::PriorRun | Step::EarlierShapes | Step::EarlierModes | Step::Geometry | Step::FreeModes => None,
         Step::Bodies if job.by_matrices() => Some("mass, damping and stiffness from files".into()),
         Step::Bodies if job.placement().is_some() => Some("the wheel on the rail: gap and creepages".into()),
         Step::Bodies if job.is_swept() => Some("sections of the bodies that are swept".into()),

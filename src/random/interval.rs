@@ -4,7 +4,7 @@ use super::distribution::normal_quantile;
 
 /// How an interval was made.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
+pub enum IntervalMethod {
     /// Wilson's score interval of a share.
     Wilson,
     /// Student's t of the means of independent replicates.
@@ -85,7 +85,7 @@ const FEW: usize = 10;
 /// agree in each hit, one in R of them might still differ by a hit in n: half the width is −ln(1 − confidence) samples
 /// at least (the rule of three). A hit that is
 /// `None` is of a sample that is not known and left out.
-pub fn share(hits: &[Option<bool>], replicates: usize, confidence: f64) -> (f64, [f64; 2], Method) {
+pub fn share(hits: &[Option<bool>], replicates: usize, confidence: f64) -> (f64, [f64; 2], IntervalMethod) {
     let known: Vec<bool> = hits.iter().flatten().copied().collect();
     let yes = known.iter().filter(|h| **h).count();
     let mean = yes as f64 / known.len() as f64;
@@ -99,14 +99,14 @@ pub fn share(hits: &[Option<bool>], replicates: usize, confidence: f64) -> (f64,
             .collect(),
     };
     if means.len() < 2 || yes.min(known.len() - yes) < FEW {
-        return (mean, wilson(yes, known.len(), confidence), Method::Wilson);
+        return (mean, wilson(yes, known.len(), confidence), IntervalMethod::Wilson);
     }
     let n = means.len() as f64;
     let middle = means.iter().sum::<f64>() / n;
     let variance = means.iter().map(|m| (m - middle).powi(2)).sum::<f64>() / (n - 1.0);
     let spread = student_quantile(0.5 + 0.5 * confidence, n - 1.0) * (variance / n).sqrt();
     let half = spread.max(-(1.0 - confidence).ln() / known.len() as f64);
-    (mean, [(mean - half).max(0.0), (mean + half).min(1.0)], Method::Replicates)
+    (mean, [(mean - half).max(0.0), (mean + half).min(1.0)], IntervalMethod::Replicates)
 }
 
 /// The quantile `p` of sorted `values`, straight between neighbours (type 7 of R. J. Hyndman, Y. Fan, The American
@@ -180,7 +180,7 @@ mod tests {
     fn replicates_narrow_the_interval_of_an_even_sequence() {
         let hits: Vec<Option<bool>> = scrambled_sobol(2, 64, 8, 1).iter().map(|u| Some(u[0] + u[1] < 0.6)).collect();
         let (share, [low, high], method) = share(&hits, 8, 0.95);
-        assert_eq!(method, Method::Replicates);
+        assert_eq!(method, IntervalMethod::Replicates);
         assert!(low < 0.18 && 0.18 < high, "{low} {high}");
         let [wide_low, wide_high] = wilson((share * 512.0).round() as usize, 512, 0.95);
         assert!(high - low < 0.6 * (wide_high - wide_low), "{low} {high} in {wide_low} {wide_high}");
@@ -190,7 +190,7 @@ mod tests {
     fn what_is_not_known_is_left_out() {
         let hits = [Some(true), None, Some(false), Some(false)];
         let (share, _, method) = share(&hits, 1, 0.95);
-        assert!((share - 1.0 / 3.0).abs() < 1e-15 && method == Method::Wilson);
+        assert!((share - 1.0 / 3.0).abs() < 1e-15 && method == IntervalMethod::Wilson);
         assert!(quantile(&[], 0.5).is_nan());
         assert_eq!(quantile(&[1.0, 2.0, 4.0], 0.75), 3.0);
     }

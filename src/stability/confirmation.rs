@@ -12,7 +12,7 @@
 use super::dense::DensePencil;
 use super::reduced::{assemble, Eigenpair};
 use crate::contact::LinearContact;
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::petsc::shell::ShellOperator;
 use crate::petsc::two_sided::{two_sided, Start, TwoSidedOptions, TwoSidedPair};
 use crate::petsc::{Petsc, Span};
@@ -220,7 +220,7 @@ impl ShellOperator for Dense {
 /// On rank 0: SLEPc's confirmation of those `pairs` of the reduced model, which are unstable, in their order.
 pub fn of_reduced(
     petsc: &Petsc,
-    bodies: &ModalPair,
+    bodies: &CoupledModel,
     contact: &LinearContact,
     pairs: &[&Eigenpair],
 ) -> Result<Vec<Option<Confirmation>>> {

@@ -26,7 +26,7 @@
 
 use super::reduced::{contact_rows, participation, ContactRows, Eigenpair, View};
 use crate::contact::{LinearContact, Tangent};
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
 use faer::Mat;
@@ -87,7 +87,7 @@ struct Condensed {
 }
 
 impl Condensed {
-    fn new(bodies: &ModalPair, places: &[[f64; 2]], contact: &LinearContact) -> Result<Self> {
+    fn new(bodies: &CoupledModel, places: &[[f64; 2]], contact: &LinearContact) -> Result<Self> {
         let closed: Vec<usize> = contact.nodes.iter().map(|n| n.node).collect();
         let functions = functions(places, &closed);
         let motions = 3 * functions.len();
@@ -139,7 +139,7 @@ fn functions(places: &[[f64; 2]], closed: &[usize]) -> Vec<Vec<f64>> {
 /// The closed form for the `pairs` of bodies that slide all over the contact, whose nodes have their `places` (x, y),
 /// m, in their order; none where part of it sticks, or where it does not yield by itself.
 pub fn criteria(
-    bodies: &ModalPair,
+    bodies: &CoupledModel,
     places: &[[f64; 2]],
     contact: &LinearContact,
     pairs: &[Eigenpair],
@@ -153,7 +153,7 @@ pub fn criteria(
 }
 
 /// None where no normal force answers a normal motion.
-fn of_pair(bodies: &ModalPair, contact: &Condensed, pair: &Eigenpair) -> Result<Option<Criterion>> {
+fn of_pair(bodies: &CoupledModel, contact: &Condensed, pair: &Eigenpair) -> Result<Option<Criterion>> {
     let m = bodies.omega.len();
     let share = participation(bodies, pair);
     let first = (0..m).max_by(|&a, &b| share[a].total_cmp(&share[b])).unwrap_or(0);
@@ -176,7 +176,7 @@ fn of_pair(bodies: &ModalPair, contact: &Condensed, pair: &Eigenpair) -> Result<
         return Ok(None);
     }
     let rest = Rest::new(bodies, contact, &own, lambda);
-    let apart = Apart { bodies, own: &own, rest: &rest, value: lambda };
+    let apart = ModeComplement { bodies, own: &own, rest: &rest, value: lambda };
     let grown = |keeps: &dyn Fn(usize, usize) -> bool| {
         let part = Mat::from_fn(z.nrows(), z.ncols(), |i, j| if keeps(i, j) { z[(i, j)] } else { C::default() });
         apart.grown(&part)
@@ -212,7 +212,7 @@ struct Rest {
 }
 
 impl Rest {
-    fn new(bodies: &ModalPair, contact: &Condensed, own: &[usize], lambda: C) -> Self {
+    fn new(bodies: &CoupledModel, contact: &Condensed, own: &[usize], lambda: C) -> Self {
         let rest: Vec<usize> = (0..bodies.omega.len()).filter(|k| !own.contains(k)).collect();
         let dynamic = |i: usize, j: usize| {
             let inertia = if i == j { lambda * lambda } else { C::default() };
@@ -236,15 +236,15 @@ impl Rest {
 }
 
 /// Modes that are taken apart.
-struct Apart<'a> {
-    bodies: &'a ModalPair,
+struct ModeComplement<'a> {
+    bodies: &'a CoupledModel,
     own: &'a [usize],
     rest: &'a Rest,
     /// The eigenvalue that they are to explain, with Im > 0.
     value: C,
 }
 
-impl Apart<'_> {
+impl ModeComplement<'_> {
     /// Their growth rate on a contact with the forces `z`: that of the eigenvalue nearest to the one looked at.
     fn grown(&self, z: &Mat<C>) -> Result<f64> {
         let Self { bodies, own, rest, value } = self;
@@ -284,7 +284,7 @@ mod tests {
         });
         let body = ReducedBody::new(vec![omega], vec![0.5], modes, compliance.clone());
         let rigid = ReducedBody::new(Vec::new(), Vec::new(), Mat::zeros(3, 0), Mat::zeros(3, 3));
-        let pair = ModalPair::new(&rigid, &body).unwrap();
+        let pair = CoupledModel::new(&rigid, &body).unwrap();
         let contact = LinearContact {
             nodes: vec![LinearNode {
                 node: 0,
@@ -324,7 +324,7 @@ mod tests {
         let mut signs = Vec::new();
         for rail in [1500.0, 3500.0] {
             let rail = body(rail, 400.0, [0.0, 0.0, 0.1], 0.0);
-            let pair = ModalPair::new(&rail, &wheel).unwrap();
+            let pair = CoupledModel::new(&rail, &wheel).unwrap();
             let all = eigenpairs(&pair, &contact, 1e-9).unwrap();
             let of_wheel: Vec<_> =
                 all.into_iter().filter(|e| e.value.im > 0.0 && participation(&pair, e)[1] > 0.7).collect();

@@ -13,7 +13,7 @@ pub mod sensitivity;
 
 use crate::contact::LinearContact;
 use crate::job;
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::{Error, Result};
 use num_complex::Complex;
 use reduced::{eigenpairs, Eigenpair};
@@ -72,18 +72,18 @@ pub struct Spectrum {
 }
 
 /// On rank 0: the eigenvalues about a sliding contact.
-pub fn spectrum(stability: &job::Stability, pair: &ModalPair, contact: &LinearContact) -> Result<Spectrum> {
+pub fn spectrum(stability: &job::Stability, pair: &CoupledModel, contact: &LinearContact) -> Result<Spectrum> {
     by(secular::eigenpairs, stability, pair, contact)
 }
 
 /// The same where nothing but the eigenvalues is asked for: of many modes those with Im λ ≥ 0 alone, without their
 /// motions.
-pub fn eigenvalues(stability: &job::Stability, pair: &ModalPair, contact: &LinearContact) -> Result<Spectrum> {
+pub fn eigenvalues(stability: &job::Stability, pair: &CoupledModel, contact: &LinearContact) -> Result<Spectrum> {
     by(secular::eigenvalues, stability, pair, contact)
 }
 
 /// The spectrum, of many modes as `few` gives it.
-fn by(few: Few, stability: &job::Stability, pair: &ModalPair, contact: &LinearContact) -> Result<Spectrum> {
+fn by(few: Few, stability: &job::Stability, pair: &CoupledModel, contact: &LinearContact) -> Result<Spectrum> {
     let limit = limit(stability, pair)?;
     let pairs = match by_functions(few, stability, pair, contact)? {
         Some(pairs) => pairs,
@@ -99,12 +99,12 @@ fn by(few: Few, stability: &job::Stability, pair: &ModalPair, contact: &LinearCo
 }
 
 /// Function that [`secular`] supplies.
-type Few = fn(&ModalPair, &LinearContact, f64, f64) -> Result<Option<Vec<Eigenpair>>>;
+type Few = fn(&CoupledModel, &LinearContact, f64, f64) -> Result<Option<Vec<Eigenpair>>>;
 
 /// On rank 0: the first of those that [`spectrum`] lists, of many modes without its motion.
 pub fn least_stable(
     stability: &job::Stability,
-    pair: &ModalPair,
+    pair: &CoupledModel,
     contact: &LinearContact,
 ) -> Result<Option<Eigenpair>> {
     let limit = limit(stability, pair)?;
@@ -123,7 +123,7 @@ const MANY: usize = 200;
 fn by_functions(
     few: Few,
     stability: &job::Stability,
-    pair: &ModalPair,
+    pair: &CoupledModel,
     contact: &LinearContact,
 ) -> Result<Option<Vec<Eigenpair>>> {
     // The full system is looked through with the whole spectrum as its guide.
@@ -134,7 +134,7 @@ fn by_functions(
 }
 
 /// The highest frequency that is kept, Hz, infinite where the modes are all there are.
-fn limit(stability: &job::Stability, pair: &ModalPair) -> Result<f64> {
+fn limit(stability: &job::Stability, pair: &CoupledModel) -> Result<f64> {
     let reach = pair.reach;
     let limit = stability.max_frequency.unwrap_or(reach);
     match limit > reach * (1.0 + 1e-12) {

@@ -12,7 +12,7 @@
 
 use super::reduced::{Eigenpair, Pencil, Root, Scales};
 use crate::contact::baseline::{Ellipse, Footprint, LinearForce};
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::{Error, Result};
 use faer::Mat;
 use num_complex::Complex;
@@ -64,7 +64,7 @@ impl OfLaw {
 
 /// Eigenvalues with Im λ ≥ 0 by falling growth rate; each pair's backward error is at most `tolerance`, or the result
 /// is an error.
-pub fn eigenpairs(bodies: &ModalPair, contact: &PointContact, tolerance: f64) -> Result<Vec<Eigenpair>> {
+pub fn eigenpairs(bodies: &CoupledModel, contact: &PointContact, tolerance: f64) -> Result<Vec<Eigenpair>> {
     let m = bodies.omega.len();
     if m == 0 {
         return Err(Error::Job("analyses.stability.contact: no modes are kept; stability needs modes".into()));
@@ -82,7 +82,7 @@ pub fn eigenpairs(bodies: &ModalPair, contact: &PointContact, tolerance: f64) ->
 }
 
 /// The matrix of (q, q̇, δμ).
-fn assemble(bodies: &ModalPair, contact: &PointContact) -> Pencil {
+fn assemble(bodies: &CoupledModel, contact: &PointContact) -> Pencil {
     let m = bodies.omega.len();
     let over = |list: &[(usize, f64)], c: usize, k: usize| -> f64 {
         list.iter().map(|&(node, share)| share * bodies.modes[(3 * node + c, k)]).sum()
@@ -166,7 +166,7 @@ mod tests {
     }
 
     /// Modes (x, y, n) at one node on a rigid counter-body, with the residual compliance `local` along the normal.
-    fn body(omega: &[f64], damping: f64, modes: &[[f64; 3]], local: f64) -> ModalPair {
+    fn body(omega: &[f64], damping: f64, modes: &[[f64; 3]], local: f64) -> CoupledModel {
         let m = omega.len();
         let rows = Mat::from_fn(3, m, |i, k| modes[k][i]);
         let compliance = Mat::from_fn(3, 3, |i, j| {
@@ -176,7 +176,7 @@ mod tests {
         });
         let lower = ReducedBody::new(omega.to_vec(), vec![damping; m], rows, compliance);
         let rigid = ReducedBody::new(vec![], vec![], Mat::zeros(3, 0), Mat::zeros(3, 3));
-        ModalPair::new(&lower, &rigid).unwrap()
+        CoupledModel::new(&lower, &rigid).unwrap()
     }
 
     fn place() -> Footprint {
@@ -187,7 +187,7 @@ mod tests {
         Creepage { longitudinal: 0.0, lateral, spin: 0.0 }
     }
 
-    fn found(bodies: &ModalPair, place: &Footprint, friction: LinearForce) -> Vec<C> {
+    fn found(bodies: &CoupledModel, place: &Footprint, friction: LinearForce) -> Vec<C> {
         let contact = PointContact { place, stiffness: ellipse().normal_stiffness(), speed: SPEED, friction };
         eigenpairs(bodies, &contact, 1e-9).unwrap().iter().map(|p| p.value).collect()
     }
@@ -312,7 +312,7 @@ mod tests {
         let compliance = Mat::from_fn(6, 6, |i, j| modes[(i, 0)] * modes[(j, 0)] / omega.powi(2));
         let lower = ReducedBody::new(vec![omega], vec![0.0], modes, compliance);
         let rigid = ReducedBody::new(vec![], vec![], Mat::zeros(6, 0), Mat::zeros(6, 6));
-        let bodies = ModalPair::new(&lower, &rigid).unwrap();
+        let bodies = CoupledModel::new(&lower, &rigid).unwrap();
         let place = Footprint { mean: vec![(0, 1.0)], slope: vec![(0, -1e3), (1, 1e3)] };
         let f = LinearForce::new(linear, &ellipse(), &lateral(0.0), SPEED, &FrictionLaw::Constant(0.3));
         let d = f.resistance[1][1];

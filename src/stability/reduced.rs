@@ -21,7 +21,7 @@ use faer::{Mat, MatRef};
 use num_complex::Complex;
 
 use crate::contact::{LinearContact, LinearNode};
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::{Error, Result};
 
 /// One eigenvalue of the linearised system with its mode.
@@ -86,7 +86,7 @@ pub(super) struct Root {
 
 /// All finite eigenvalues of steady sliding, both of each conjugate pair, by falling growth rate. Each pair's backward
 /// error is at most `tolerance`, or the result is an error.
-pub fn eigenpairs(bodies: &ModalPair, contact: &LinearContact, tolerance: f64) -> Result<Vec<Eigenpair>> {
+pub fn eigenpairs(bodies: &CoupledModel, contact: &LinearContact, tolerance: f64) -> Result<Vec<Eigenpair>> {
     let pencil = assemble(bodies, contact, None)?;
     let m = bodies.omega.len();
     let mut pairs = Vec::new();
@@ -301,8 +301,8 @@ pub(super) struct View<'a> {
     pub residual: MatRef<'a, f64>,
 }
 
-impl<'a> From<&'a ModalPair> for View<'a> {
-    fn from(pair: &'a ModalPair) -> Self {
+impl<'a> From<&'a CoupledModel> for View<'a> {
+    fn from(pair: &'a CoupledModel) -> Self {
         Self { modes: pair.modes.as_ref(), residual: pair.residual.as_ref() }
     }
 }
@@ -347,7 +347,7 @@ fn pressures(bodies: View<'_>, contact: &LinearContact, unknowns: &[Yielding]) -
 }
 
 /// The reactions of the closed nodes that go with an eigenpair, N, rows (x, y, n), `[3k]`.
-pub fn reactions(bodies: &ModalPair, contact: &LinearContact, pair: &Eigenpair) -> Result<Vec<Complex<f64>>> {
+pub fn reactions(bodies: &CoupledModel, contact: &LinearContact, pair: &Eigenpair) -> Result<Vec<Complex<f64>>> {
     let unknowns = yielding(contact);
     let r = pressures(bodies.into(), contact, &unknowns)?;
     let mut forces = vec![Complex::default(); 3 * contact.nodes.len()];
@@ -408,7 +408,7 @@ fn displacements(bodies: View<'_>, contact: &LinearContact, unknowns: &[Yielding
 ///
 /// With λ → ∞ the nodes keep their place across the sliding, the closed ones keep their gap, and the modes their
 /// motion: then δμ = diag(gain) Tᵀδw, Tᵀδw = −S_ττ diag(p) δμ.
-pub fn sharpness(bodies: &ModalPair, contact: &LinearContact) -> Result<f64> {
+pub fn sharpness(bodies: &CoupledModel, contact: &LinearContact) -> Result<f64> {
     if contact.memory.is_empty() {
         return Ok(0.0);
     }
@@ -501,7 +501,7 @@ pub(super) fn contact_rows(bodies: View<'_>, contact: &LinearContact) -> Result<
 }
 
 /// The pencil of `contact`, in the units given or in its own.
-pub(super) fn assemble(bodies: &ModalPair, contact: &LinearContact, given: Option<&Scales>) -> Result<Pencil> {
+pub(super) fn assemble(bodies: &CoupledModel, contact: &LinearContact, given: Option<&Scales>) -> Result<Pencil> {
     check(bodies, contact)?;
     let m = bodies.omega.len();
     let unknowns = yielding(contact);
@@ -594,7 +594,7 @@ fn largest(matrices: [&Mat<f64>; 2], first: usize) -> Vec<f64> {
 const ROUNDING: f64 = 1e-9;
 
 /// Returns whether the modes are all of the compliance of a closed node along its normal.
-fn rigid(bodies: &ModalPair, contact: &LinearContact) -> bool {
+fn rigid(bodies: &CoupledModel, contact: &LinearContact) -> bool {
     contact.nodes.iter().map(|c| 3 * c.node + 2).any(|k| {
         let (left, whole) = (bodies.residual[(k, k)].abs(), bodies.compliance[(k, k)]);
         whole > 0.0 && left <= ROUNDING * whole
@@ -602,7 +602,7 @@ fn rigid(bodies: &ModalPair, contact: &LinearContact) -> bool {
 }
 
 /// An error where there is nothing to examine, or the contact is not of these bodies.
-pub(super) fn check(bodies: &ModalPair, contact: &LinearContact) -> Result<()> {
+pub(super) fn check(bodies: &CoupledModel, contact: &LinearContact) -> Result<()> {
     let k = contact.nodes.len();
     let n = bodies.modes.nrows() / 3;
     if k == 0 || bodies.omega.is_empty() {
@@ -621,7 +621,7 @@ pub(super) fn check(bodies: &ModalPair, contact: &LinearContact) -> Result<()> {
 }
 
 /// Shares of the modes in an eigenvector, `[m1 + m2]`, as in [`shares`].
-pub fn participation(bodies: &ModalPair, pair: &Eigenpair) -> Vec<f64> {
+pub fn participation(bodies: &CoupledModel, pair: &Eigenpair) -> Vec<f64> {
     shares(&bodies.omega, &pair.modal, pair.value)
 }
 

@@ -3,7 +3,7 @@
 
 use super::reduced::{assemble, eigenpairs, images, Eigenpair, Pencil};
 use crate::contact::LinearContact;
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::Result;
 use faer::linalg::solvers::Solve;
 use faer::Mat;
@@ -17,7 +17,7 @@ const STEPS: usize = 3;
 /// The first of [`eigenpairs`] with Im λ ≥ 0 that is `listed`. What is not listed with a backward error of 0 must not
 /// be with a larger one.
 pub fn rightmost(
-    bodies: &ModalPair,
+    bodies: &CoupledModel,
     contact: &LinearContact,
     tolerance: f64,
     listed: impl Fn(&Eigenpair) -> bool,
@@ -89,7 +89,7 @@ mod tests {
         });
         let lower = ReducedBody::new(omega, vec![0.01; 3], rows, compliance);
         let rigid = ReducedBody::new(vec![], vec![], Mat::zeros(6, 0), Mat::zeros(6, 6));
-        let bodies = ModalPair::new(&lower, &rigid).unwrap();
+        let bodies = CoupledModel::new(&lower, &rigid).unwrap();
         for direction in [[0.6, 0.8], [-0.6, -0.8]] {
             let node = |node: usize| LinearNode {
                 node,

@@ -19,7 +19,7 @@
 
 use super::reduced::{check, contact_rows, ContactRows, Eigenpair, Pencil, View};
 use crate::contact::LinearContact;
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::Result;
 use errors::{Scaled, Vectors};
 use faer::Mat;
@@ -106,7 +106,7 @@ thread_local! {
 /// All eigenvalues with a damping ratio up to `ratio`, or growing, both of each conjugate pair, by falling growth
 /// rate, each with a backward error of at most `tolerance`. None where it is not certain that these are all.
 pub fn eigenpairs(
-    bodies: &ModalPair,
+    bodies: &CoupledModel,
     contact: &LinearContact,
     ratio: f64,
     tolerance: f64,
@@ -119,7 +119,7 @@ pub fn eigenpairs(
 /// the bodies and the contact give; at some of the eigenvalues, the least stable ones among them, also those of the
 /// motions themselves.
 pub fn eigenvalues(
-    bodies: &ModalPair,
+    bodies: &CoupledModel,
     contact: &LinearContact,
     ratio: f64,
     tolerance: f64,
@@ -130,7 +130,7 @@ pub fn eigenvalues(
 
 /// The problem and its roots with Im > 0 that may be listed, by falling growth rate; none where it is not certain
 /// that these are all.
-fn inside(bodies: &ModalPair, contact: &LinearContact, ratio: f64) -> Result<Option<(Secular, Vec<C>)>> {
+fn inside(bodies: &CoupledModel, contact: &LinearContact, ratio: f64) -> Result<Option<(Secular, Vec<C>)>> {
     check(bodies, contact)?;
     let Some(secular) = Secular::new(bodies, contact, ratio)? else { return Ok(None) };
     let Some(mut roots) = secular.roots() else { return Ok(None) };
@@ -212,7 +212,7 @@ impl Condensed {
 
 impl Secular {
     /// None where the problem is not for this method.
-    fn new(bodies: &ModalPair, contact: &LinearContact, ratio: f64) -> Result<Option<Self>> {
+    fn new(bodies: &CoupledModel, contact: &LinearContact, ratio: f64) -> Result<Option<Self>> {
         if !(ratio <= LISTED) || contact.nodes.is_empty() {
             return Ok(None);
         }
@@ -461,7 +461,7 @@ impl Secular {
     }
 
     /// The eigenvalues `roots` with their backward errors alone; none where one has more than `tolerance`.
-    fn values(&self, bodies: &ModalPair, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
+    fn values(&self, bodies: &CoupledModel, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
         let rows = &self.contact.rows;
         let scaled = Scaled::new(&self.modes, rows);
         let (forces, seen) = self.forces(roots);
@@ -487,7 +487,7 @@ impl Secular {
     }
 
     /// The motions of the modes under the forces on the functions of each of `roots`.
-    fn lifted(&self, bodies: &ModalPair, scaled: &Scaled, roots: &[C], forces: &[Vec<C>]) -> Lifted {
+    fn lifted(&self, bodies: &CoupledModel, scaled: &Scaled, roots: &[C], forces: &[Vec<C>]) -> Lifted {
         let modal = self.modes.motions(roots, forces);
         let seen = self.modes.seen_of(&modal);
         let own = self.contact.following.back(&self.along.follow(roots, &seen));
@@ -499,7 +499,7 @@ impl Secular {
 
     /// The eigenpairs of `roots`, those of conjugates too; none where one has a backward error of more than
     /// `tolerance`.
-    fn pairs(&self, bodies: &ModalPair, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
+    fn pairs(&self, bodies: &CoupledModel, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
         let scaled = Scaled::new(&self.modes, &self.contact.rows);
         let (forces, _) = self.forces(roots);
         let Lifted { modal, own, squares, errors } = self.lifted(bodies, &scaled, roots, &forces);

@@ -14,7 +14,7 @@ use num_complex::Complex;
 
 use super::reduced::{assemble, images, Eigenpair, Pencil, Root, Scales};
 use crate::contact::LinearContact;
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::{Error, Result};
 
 /// Eigenvalues nearer to each other than this, over their size, share one space of eigenvectors.
@@ -100,7 +100,7 @@ pub struct Linearisation {
 impl Linearisation {
     /// Sensitivities of those `pairs` that [`super::reduced::eigenpairs`] found of this contact, with Im λ ≥ 0; left
     /// vectors have at most the backward error `tolerance`.
-    pub fn new(bodies: &ModalPair, contact: &LinearContact, pairs: &[Eigenpair], tolerance: f64) -> Result<Self> {
+    pub fn new(bodies: &CoupledModel, contact: &LinearContact, pairs: &[Eigenpair], tolerance: f64) -> Result<Self> {
         let pencil = assemble(bodies, contact, None)?;
         let vectors: Vec<_> = pairs.iter().map(|p| pencil.vector(p)).collect();
         let values: Vec<_> = pairs.iter().map(|p| p.value / pencil.scales.rate).collect();
@@ -128,8 +128,8 @@ impl Linearisation {
     /// changes by `distance`. They have to be [alike](LinearContact::alike).
     pub fn between(
         &self,
-        ahead: (&ModalPair, &LinearContact),
-        behind: (&ModalPair, &LinearContact),
+        ahead: (&CoupledModel, &LinearContact),
+        behind: (&CoupledModel, &LinearContact),
         distance: f64,
     ) -> Result<Vec<Complex<f64>>> {
         let [ahead, behind] = [ahead, behind].map(|(bodies, contact)| assemble(bodies, contact, Some(&self.scales)));
@@ -143,7 +143,7 @@ impl Linearisation {
 
     /// Derivatives by the damping ratio of each mode, 1/s, `[eigenvalues][m1 + m2]`, as in
     /// [`Sensitivities::damping`]: of δC = 2ω_k δζ_k at the mode alone, which takes the material rate q̇ + D′q.
-    pub fn by_damping(&self, bodies: &ModalPair) -> Vec<Vec<Complex<f64>>> {
+    pub fn by_damping(&self, bodies: &CoupledModel) -> Vec<Vec<Complex<f64>>> {
         let m = self.modes;
         let of = |j: usize| -> Vec<Complex<f64>> {
             let (q, v) = (self.right.col(j).subrows(0, m), self.right.col(j).subrows(m, m));

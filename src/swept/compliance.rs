@@ -6,8 +6,8 @@
 //! the next edge: A = Σ_{n ≤ n0} B_n − B_hs(|k_x| < (n0 + ½)/R) + Σ (B_n − B_hs,n), the last sum by blocks of orders,
 //! each with the value at its centre.
 
-use super::envelope::Factor;
 use super::load::{HalfSpaceLoad, LineLoad, Patch, Square, LOADS};
+use super::skyline_ldlt::Factor;
 use super::{Forms, Path, SectionContact};
 use crate::{Error, Result};
 

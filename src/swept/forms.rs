@@ -5,8 +5,8 @@
 mod prestress;
 
 use super::attached::{Attachment, Rings};
-use super::envelope::{Envelope, Factor, BLOCK};
 use super::numbering::reverse_cuthill_mckee;
+use super::skyline_ldlt::{Envelope, Factor, BLOCK};
 use super::springs::EdgeSprings;
 use super::track::{Added, Track};
 use super::{Path, Section};

@@ -29,7 +29,7 @@ pub const FORCES: usize = 3;
 
 /// Construction parameters of an infinite rail.
 #[derive(Debug, Clone)]
-pub struct Making {
+pub struct InfiniteRailSpec {
     /// The section, in the frame of the surface at the contact point.
     pub section: Section,
     /// Its material.
@@ -66,8 +66,8 @@ pub struct Infinite {
 
 impl Infinite {
     /// For angular frequencies up to `reach`, rad/s. Errors: not converged.
-    pub fn new(making: &Making, reach: f64) -> Result<Self> {
-        let Making { section, material, track, angle, tilt, loss, patch } = making.clone();
+    pub fn new(making: &InfiniteRailSpec, reach: f64) -> Result<Self> {
+        let InfiniteRailSpec { section, material, track, angle, tilt, loss, patch } = making.clone();
         let outline = section.outline(&[])?;
         // Orders of this period are wavenumbers.
         let forms = Forms::along(section, material, 2.0 * PI, track.as_ref(), angle)?;

@@ -2,7 +2,7 @@
 //! eigenvalues, every vector orthogonal in the mass to all others. A section has a few thousand amplitudes and a few
 //! dozen modes of an order, so the space is never restarted.
 
-use super::envelope::Factor;
+use super::skyline_ldlt::Factor;
 use super::Forms;
 use crate::dense::symmetric_eigen;
 use crate::{Error, Result};

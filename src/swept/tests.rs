@@ -9,7 +9,7 @@ use faer::Mat;
 use std::f64::consts::PI;
 
 mod attached;
-mod bays;
+mod discrete_supports;
 mod drawn_rail;
 mod elsewhere;
 mod flange;

@@ -8,7 +8,7 @@ use faer::Mat;
 /// Modes of an order as contact and damping need them: numbers alone, for all ranks. For n ≥ 1 each stands for two, one
 /// of either family.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Wave {
+pub struct RailMode {
     /// Number n of waves on the period.
     pub order: usize,
     /// Angular frequencies, rad/s, ascending, `[m]`.
@@ -34,10 +34,10 @@ pub struct Damping {
     pub ends: Option<Ends>,
 }
 
-/// A mode: index of its order in a list of [`Wave`], index there, family.
+/// A mode: index of its order in a list of [`RailMode`], index there, family.
 pub type Member = (usize, usize, usize);
 
-impl Wave {
+impl RailMode {
     /// Modal data of `modes` of `forms`, with the load of their order at the contact, where there is one.
     pub fn of(forms: &Forms, modes: Modes, contact: Option<(&LineLoad, Patch)>) -> Self {
         let Modes { order, omega, vectors, residual } = modes;
@@ -117,7 +117,7 @@ pub(super) fn shape(order: usize, family: usize) -> (bool, f64) {
 }
 
 /// ΦᵀCΦ, 1/s, `[members, members]`, of modes `list` of `waves` of `forms`.
-pub fn damping(forms: &Forms, waves: &[Wave], list: &[Member], given: &Damping) -> Mat<f64> {
+pub fn damping(forms: &Forms, waves: &[RailMode], list: &[Member], given: &Damping) -> Mat<f64> {
     let mut c = Mat::zeros(list.len(), list.len());
     for (i, &(a, k, family)) in list.iter().enumerate() {
         for (j, &(b, l, other)) in list.iter().enumerate() {

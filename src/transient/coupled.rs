@@ -3,7 +3,7 @@
 use super::model::Model;
 use super::scheme::Scheme;
 use crate::dense::{add_columns, add_symmetric, dot};
-use crate::model::{ModalMatrix, Turning};
+use crate::model::{ModalMatrix, RotationTerms};
 use crate::{Error, Result};
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
@@ -135,7 +135,7 @@ impl Coupled {
             first += n;
         }
         let inverse = ModalMatrix::Blocks(inverses);
-        let turning = model.turning.clone().unwrap_or_else(|| Turning::none(model.damping.clone()));
+        let turning = model.turning.clone().unwrap_or_else(|| RotationTerms::none(model.damping.clone()));
         let circulating = turning.stiffness();
         let skew = inverse.asymmetry() > super::model::ASYMMETRY;
         let gain = 0.5 * theta * h * (h * gamma);

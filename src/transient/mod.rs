@@ -19,36 +19,36 @@
 //! The normal law is g⁺ ≥ 0 ⟂ p ≥ 0, or 0 ≤ ġ⁺ ⟂ p ≥ 0 at the contacts that would close where S = 0 (inelastic
 //! impact). The creep of a step is taken along the particle, ṡ = (w⁺(x) − w(x − Vh))/h + c.
 
-pub mod compact;
+mod aligned;
 mod coupled;
 pub mod cycle;
-pub mod drive;
+pub mod delassus;
+mod departure_point;
+pub mod dynamics;
 pub mod energy;
 mod fixed_point;
-mod foot;
 mod gauss_seidel;
-mod lines;
+pub mod loading;
+pub(crate) mod low_rank_modes;
 pub mod model;
-pub mod motion;
 mod newton;
-mod parts;
 pub mod points;
 pub mod problem;
 pub mod scheme;
-pub(crate) mod shapes;
-mod sorted;
+mod split_newton;
 pub mod start;
 pub mod stepper;
+mod structure_of_arrays;
 #[cfg(test)]
 mod tests;
 
-pub use compact::Operator;
-pub use drive::{Drive, History, Tangential};
+pub use delassus::DelassusOperator;
+pub use dynamics::Dynamics;
 pub use energy::Energy;
+pub use loading::{History, Loading, Tangential};
 pub use model::Model;
-pub use motion::Motion;
 pub use newton::Memory;
 pub use points::PointModel;
 pub use problem::{ContactSolver, Effort, StepProblem, StepSolution};
 pub use scheme::Scheme;
-pub use stepper::{Posed, Report, Settings, State, Stepper};
+pub use stepper::{ContactProblemView, Settings, State, StepReport, Stepper};

@@ -4,7 +4,7 @@ use faer::{Mat, MatRef};
 
 use crate::grid::Interface;
 use crate::model::ModalMatrix;
-use crate::model::{ModalPair, Turning};
+use crate::model::{CoupledModel, RotationTerms};
 use crate::{Error, Result};
 
 /// Largest difference of mirrored entries of the modal matrices, relative to the largest: rounding.
@@ -35,14 +35,14 @@ pub struct Model<'a> {
     /// Modal damping, 1/s, symmetric of bodies at rest.
     pub damping: ModalMatrix,
     /// Terms of rotation in both.
-    pub turning: Option<Turning>,
+    pub turning: Option<RotationTerms>,
     /// Modal loads that are not contact forces, ΦᵀF, N/√kg, `[m]`; an empty slice for none.
     pub load: &'a [f64],
 }
 
 impl<'a> Model<'a> {
     /// A pair of bodies on its `interface`, without loads other than the contact's.
-    pub fn of(pair: &'a ModalPair, interface: &'a Interface) -> Self {
+    pub fn of(pair: &'a CoupledModel, interface: &'a Interface) -> Self {
         let (residual, modes) = (pair.residual.as_ref(), pair.modes.as_ref());
         let (stiffness, damping) = (pair.stiffness.clone(), pair.damping.clone());
         let turning = pair.turning.clone();

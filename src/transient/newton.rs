@@ -8,8 +8,8 @@
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
 
-use super::parts::Kept;
 use super::problem::{node, Effort, StepProblem, StepSolution};
+use super::split_newton::Kept;
 use crate::contact::krylov::gmres;
 use crate::contact::law::{Status, Tangent};
 use crate::Result;

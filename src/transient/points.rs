@@ -2,7 +2,7 @@
 
 use super::{Model, State};
 use crate::grid::Interface;
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use faer::Mat;
 
 /// A residual compliance below this part of the whole one is rounding.
@@ -30,7 +30,7 @@ impl PointModel {
     /// Points that bear a load with the reactions, N, `[3n]`, and coefficients of friction, `[n]`, `rest`, at the
     /// approach `approach`, m. `span` is the time, s, over which a step takes the motion of its end.
     pub fn under_load(
-        pair: &ModalPair,
+        pair: &CoupledModel,
         points: &Interface,
         rest: (Vec<f64>, Vec<f64>),
         approach: f64,
@@ -49,7 +49,7 @@ impl PointModel {
 
     /// Points with given reactions, N, `[3n]`, and coefficients of friction, `[n]`: loads from outside balance them
     /// on the modes, and the gaps are those that the forces close.
-    pub fn given(pair: &ModalPair, points: &Interface, rest: (Vec<f64>, Vec<f64>), span: f64) -> Self {
+    pub fn given(pair: &CoupledModel, points: &Interface, rest: (Vec<f64>, Vec<f64>), span: f64) -> Self {
         let (reaction, friction) = rest;
         let residual = residual(pair, span);
         let force = Mat::from_fn(reaction.len(), 1, |i, _| reaction[i]);
@@ -60,7 +60,7 @@ impl PointModel {
     }
 
     /// The model of the two bodies.
-    pub fn model<'a>(&'a self, pair: &'a ModalPair) -> Model<'a> {
+    pub fn model<'a>(&'a self, pair: &'a CoupledModel) -> Model<'a> {
         Model { residual: self.residual.as_ref(), load: &self.load, ..Model::of(pair, &self.interface) }
     }
 
@@ -72,7 +72,7 @@ impl PointModel {
 
 /// The residual compliance without rounding, and with a compliance where neither body moves: along the normal it
 /// keeps the force as it is.
-fn residual(pair: &ModalPair, span: f64) -> Mat<f64> {
+fn residual(pair: &CoupledModel, span: f64) -> Mat<f64> {
     let mut s = pair.residual.clone();
     let n = s.nrows();
     for k in (0..n).filter(|&k| pair.residual[(k, k)].abs() <= ROUNDING * pair.compliance[(k, k)].abs()) {

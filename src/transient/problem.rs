@@ -5,9 +5,9 @@
 //! ≥ 0 ⟂ p ≥ 0, |t| ≤ μp, t = −μ p d/|d| where d ≠ 0. The shift is the same for all nodes: unknown in the components
 //! whose total force is prescribed, 0 in the others.
 
-use super::compact::Operator;
+use super::delassus::DelassusOperator;
 use super::newton::Memory;
-use super::{fixed_point, gauss_seidel, newton, parts};
+use super::{fixed_point, gauss_seidel, newton, split_newton};
 use crate::contact::law::{size, Augmentation, Node, Projected, Status};
 use crate::friction::{FrictionLaw, Remembered};
 use crate::{Error, Result};
@@ -54,7 +54,7 @@ impl std::ops::AddAssign for Effort {
 #[derive(Debug, Clone, Copy)]
 pub struct StepProblem<'a> {
     /// W, m/N, `[3k, 3k]`.
-    pub matrix: &'a Operator,
+    pub matrix: &'a DelassusOperator,
     /// (dx, dy, g) at R = 0, m, `[3k]`.
     pub free: &'a [f64],
     /// Friction law, of the velocity |d|/h.
@@ -136,7 +136,7 @@ impl StepProblem<'_> {
         let mut shift = shift;
         let simple = self.total[..2] == [None; 2] && shift[..2] == [0.0; 2];
         if solver == ContactSolver::Newton && simple && memory.by_parts() {
-            match parts::solve(self, target, (guess, response), shift[2], &mut memory.parts, effort) {
+            match split_newton::solve(self, target, (guess, response), shift[2], &mut memory.parts, effort) {
                 Ok(solution) => return Ok(solution),
                 Err((best, nearer)) => {
                     memory.refused();

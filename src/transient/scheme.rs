@@ -1,8 +1,8 @@
 //! The θ-method on modal velocities.
 
 use super::coupled::Coupled;
+use super::dynamics::Dynamics;
 use super::model::{Impact, Model};
-use super::motion::Motion;
 use crate::dense::{dot, sum_over};
 use crate::model::ModalMatrix;
 use crate::{Error, Result};
@@ -69,7 +69,7 @@ pub struct Modal {
 #[derive(Debug, Clone)]
 enum Modes {
     /// Each by itself, with ω² and its damping; the last is 1/A.
-    Apart { stiffness: Vec<f64>, damping: Vec<f64>, inverse: Vec<f64> },
+    ModeComplement { stiffness: Vec<f64>, damping: Vec<f64>, inverse: Vec<f64> },
     /// All of a body together.
     Coupled(Box<Coupled>),
 }
@@ -84,7 +84,7 @@ impl Modal {
             Impact::Rigid => 1.0,
         };
         let motion = match (&model.stiffness, &model.damping) {
-            (ModalMatrix::Diagonal(k), ModalMatrix::Diagonal(c)) => Modes::Apart {
+            (ModalMatrix::Diagonal(k), ModalMatrix::Diagonal(c)) => Modes::ModeComplement {
                 stiffness: k.clone(),
                 damping: c.clone(),
                 inverse: k.iter().zip(c).map(|(w, c)| 1.0 / (1.0 + h * theta * (c + h * theta * w))).collect(),
@@ -95,13 +95,13 @@ impl Modal {
     }
 }
 
-impl Motion for Modal {
+impl Dynamics for Modal {
     /// W = S + θh²γ Ψ A⁻¹ Ψᵀ, m/N, `[3n, 3n]`, with the symmetric part of A⁻¹; what the skew one does is in
     /// [`lag`](Self::lag).
     fn operator(&self, model: &Model) -> Mat<f64> {
         let (h, theta) = (self.h, self.theta);
         let scaled = match &self.motion {
-            Modes::Apart { inverse, .. } => {
+            Modes::ModeComplement { inverse, .. } => {
                 let root: Vec<f64> = inverse.iter().map(|a| (h * theta * (h * self.gamma * a)).sqrt()).collect();
                 Mat::from_fn(model.modes.nrows(), root.len(), |i, k| model.modes[(i, k)] * root[k])
             }
@@ -121,7 +121,7 @@ impl Motion for Modal {
             q_end[k] = q[k] + h * (v[k] + theta * change);
         };
         match &self.motion {
-            Modes::Apart { stiffness, damping, inverse } => {
+            Modes::ModeComplement { stiffness, damping, inverse } => {
                 for k in 0..q.len() {
                     let rate = force(k) - damping[k] * v[k] - stiffness[k] * (q[k] + theta * h * v[k]);
                     end(k, h * inverse[k] * rate);
@@ -140,7 +140,7 @@ impl Motion for Modal {
     /// the reactions at their beginning, which changes the contact by less than the scheme's own error.
     fn lag(&self, f: &[f64]) -> Option<Vec<f64>> {
         match &self.motion {
-            Modes::Apart { .. } => None,
+            Modes::ModeComplement { .. } => None,
             Modes::Coupled(coupled) => coupled.lag(f),
         }
     }
@@ -150,7 +150,7 @@ impl Motion for Modal {
     fn add(&self, f: &[f64], q: &mut [f64], v: &mut [f64]) {
         let (h, theta) = (self.h, self.theta);
         match &self.motion {
-            Modes::Apart { inverse, .. } => {
+            Modes::ModeComplement { inverse, .. } => {
                 for k in 0..q.len() {
                     let gain = h * self.gamma * inverse[k];
                     q[k] += h * theta * gain * f[k];
@@ -180,7 +180,7 @@ impl Motion for Modal {
     /// Elastic energy of the modes, J.
     fn elastic(&self, q: &[f64]) -> f64 {
         match &self.motion {
-            Modes::Apart { stiffness, .. } => 0.5 * sum_over(q.len(), |k| stiffness[k] * q[k] * q[k]),
+            Modes::ModeComplement { stiffness, .. } => 0.5 * sum_over(q.len(), |k| stiffness[k] * q[k] * q[k]),
             Modes::Coupled(coupled) => coupled.elastic(q),
         }
     }
@@ -189,7 +189,7 @@ impl Motion for Modal {
     /// between the ends (q, v) of the step.
     fn damped(&self, before: (&[f64], &[f64]), after: (&[f64], &[f64])) -> (f64, f64) {
         match &self.motion {
-            Modes::Apart { damping, .. } => {
+            Modes::ModeComplement { damping, .. } => {
                 let (before, after) = (before.1, after.1);
                 let mean = |k: usize| (1.0 - self.theta) * before[k] + self.theta * after[k];
                 let sum = sum_over(before.len(), |k| damping[k] * mean(k) * 0.5 * (before[k] + after[k]));

@@ -2,34 +2,34 @@
 
 use faer::Mat;
 
-use super::compact::Operator;
-use super::drive::{Drive, Normal, Tangential};
+use super::aligned::{whole, AlignedVec};
+use super::delassus::DelassusOperator;
+use super::departure_point::{feet, DeparturePoint};
+use super::dynamics::Dynamics;
 use super::energy::Energy;
-use super::foot::{feet, Foot};
-use super::lines::{whole, Lines};
+use super::loading::{Loading, Normal, Tangential};
+use super::low_rank_modes::LowRankModes;
 use super::model::{Impact, Model};
-use super::motion::Motion;
 use super::newton::Memory;
 use super::problem::{ContactSolver, Effort, StepProblem};
 use super::scheme::{Modal, Scheme};
-use super::shapes::Shapes;
 use crate::contact::law::Status;
 use crate::dense::{self, dot};
 use crate::friction::{FrictionLaw, Remembered};
 use crate::roughness::Surface;
 use crate::{Error, Result};
 
-mod found;
 mod integrated;
-mod passing;
 mod remembered;
-mod working;
+mod roughness_gap;
+mod step_result;
+mod working_set;
 
-use found::{End, Met};
-pub use found::{Fields, Posed, Report};
 use integrated::Integrated;
-use passing::Passing;
-use working::{Outside, Working};
+use roughness_gap::RoughnessGap;
+pub use step_result::{ContactProblemView, Fields, StepReport};
+use step_result::{End, NodeState};
+use working_set::{InactiveNodes, WorkingSet};
 
 /// Gap of a node that cannot close in a step, m: more than any body moves.
 const FAR: f64 = 1.0;
@@ -48,7 +48,7 @@ pub struct Settings {
     /// Residual of a step relative to the normal force.
     pub tolerance: f64,
     /// Prescribed quantities.
-    pub drive: Drive,
+    pub drive: Loading,
 }
 
 /// Everything that the future depends on, for n nodes and m modes.
@@ -78,38 +78,38 @@ pub struct Stepper<'a> {
     model: Model<'a>,
     settings: Settings,
     impact: Impact,
-    motion: Box<dyn Motion + 'a>,
+    motion: Box<dyn Dynamics + 'a>,
     /// True if the nodes of the surface have mass: all degrees of freedom move, none is taken statically.
     massive: bool,
     /// W, m/N, `[3n, 3n]`.
     w: Mat<f64>,
     /// Foot of each grid column.
-    feet: Vec<Option<Foot>>,
+    feet: Vec<Option<DeparturePoint>>,
     /// ∂x g0, `[n]`.
     slope: Vec<f64>,
     /// Largest size of a gap of the smooth bodies, m.
     widest: f64,
     /// The gap with the roughness that passes.
-    passing: Passing,
+    passing: RoughnessGap,
     state: State,
-    working: Working,
-    outside: Outside,
+    working: WorkingSet,
+    outside: InactiveNodes,
     memory: Memory,
     /// The laws at points of quadrature; none where they hold node by node.
     integrated: Option<Integrated>,
     /// Ψ.
-    shapes: Shapes,
+    shapes: LowRankModes,
     /// Modal reactions of the present state, where they are at hand.
     modal_now: Option<Vec<f64>>,
     /// Reactions on the core and their responses at the end of the last steps, the last one first.
     past: Vec<(Vec<f64>, Vec<f64>)>,
     /// Result of the last step.
-    met: Met,
+    met: NodeState,
     /// Displacements of the core without its reactions in the last step, m, `[3 core]`; empty where the nodes are new.
     posed: Vec<f64>,
     /// Memory of friction before it, `[core]`.
     before: Vec<Remembered>,
-    report: Report,
+    report: StepReport,
     /// The start has settled and no step has followed: the reactions are those of a step later.
     settled: bool,
 }
@@ -120,30 +120,30 @@ impl<'a> Stepper<'a> {
         let impact = model.impact()?;
         settings.scheme.check(model.omega)?;
         let motion = Box::new(Modal::new(&model, settings.scheme, impact)?);
-        let shapes = Shapes::new(model.modes);
+        let shapes = LowRankModes::new(model.modes);
         Self::made((model, shapes), settings, state, (motion, false))
     }
 
     /// A stepper of bodies that `motion` moves. Ψ of the `model` picks the contact rows from its coordinates. What
     /// the future depends on is not all in the [`State`], so that the stepper cannot be [put](Self::put) elsewhere or
     /// [settled](Self::settle).
-    pub fn over(model: Model<'a>, settings: Settings, state: State, motion: Box<dyn Motion + 'a>) -> Result<Self> {
-        let shapes = Shapes::whole(model.modes);
+    pub fn over(model: Model<'a>, settings: Settings, state: State, motion: Box<dyn Dynamics + 'a>) -> Result<Self> {
+        let shapes = LowRankModes::whole(model.modes);
         Self::made((model, shapes), settings, state, (motion, true))
     }
 
     /// A stepper of a contact without mass, behind which `motion` moves as it is told: reactions change nothing of it.
     /// Ψ of the `model` has a column for each of its coordinates.
-    pub fn driven(model: Model<'a>, settings: Settings, state: State, motion: Box<dyn Motion + 'a>) -> Result<Self> {
-        let shapes = Shapes::whole(model.modes);
+    pub fn driven(model: Model<'a>, settings: Settings, state: State, motion: Box<dyn Dynamics + 'a>) -> Result<Self> {
+        let shapes = LowRankModes::whole(model.modes);
         Self::made((model, shapes), settings, state, (motion, false))
     }
 
     fn made(
-        (model, shapes): (Model<'a>, Shapes),
+        (model, shapes): (Model<'a>, LowRankModes),
         settings: Settings,
         mut state: State,
-        (motion, massive): (Box<dyn Motion + 'a>, bool),
+        (motion, massive): (Box<dyn Dynamics + 'a>, bool),
     ) -> Result<Self> {
         let impact = model.impact()?;
         settings.scheme.check(&[])?;
@@ -183,7 +183,7 @@ impl<'a> Stepper<'a> {
             .collect();
         let mut new = Self {
             feet: feet(&s.x, travel),
-            passing: Passing::smooth(s),
+            passing: RoughnessGap::smooth(s),
             model,
             settings,
             impact,
@@ -193,29 +193,29 @@ impl<'a> Stepper<'a> {
             slope,
             widest: s.gap.iter().fold(0.0, |m, g| m.max(g.abs())),
             state,
-            working: Working {
+            working: WorkingSet {
                 nodes: Vec::new(),
                 core: 0,
                 full: 0,
                 place: Vec::new(),
-                w: Operator::default(),
-                around: Lines::default(),
-                psi: Lines::default(),
+                w: DelassusOperator::default(),
+                around: AlignedVec::default(),
+                psi: AlignedVec::default(),
                 feet: Vec::new(),
                 ways: Vec::new(),
                 at: Vec::new(),
                 u: Vec::new(),
             },
-            outside: Outside::default(),
+            outside: InactiveNodes::default(),
             memory: Memory::default(),
             integrated: None,
             past: Vec::new(),
             shapes,
             modal_now: None,
-            met: Met::default(),
+            met: NodeState::default(),
             posed: Vec::new(),
             before: Vec::new(),
-            report: Report::default(),
+            report: StepReport::default(),
             settled: false,
         };
         new.reset()?;
@@ -229,7 +229,7 @@ impl<'a> Stepper<'a> {
 
     /// The same on rough surfaces.
     pub fn rough(mut self, surface: Surface) -> Self {
-        self.passing = Passing::rough(self.model.interface, surface);
+        self.passing = RoughnessGap::rough(self.model.interface, surface);
         self
     }
 
@@ -278,7 +278,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// The report of the last step.
-    pub fn report(&self) -> &Report {
+    pub fn report(&self) -> &StepReport {
         &self.report
     }
 
@@ -302,11 +302,11 @@ impl<'a> Stepper<'a> {
     }
 
     /// The contact problem of the last step; none where other nodes came in since.
-    pub fn posed(&self) -> Option<Posed<'_>> {
+    pub fn posed(&self) -> Option<ContactProblemView<'_>> {
         let ws = &self.working;
         let nodes = &ws.nodes[..ws.core];
         let before = &self.before[..];
-        (!self.posed.is_empty()).then_some(Posed { nodes, matrix: &ws.w, free: &self.posed, before })
+        (!self.posed.is_empty()).then_some(ContactProblemView { nodes, matrix: &ws.w, free: &self.posed, before })
     }
 
     /// Fields of the last step.
@@ -505,7 +505,7 @@ impl<'a> Stepper<'a> {
 
         // Energy: mean reactions of the step times what moved.
         let (mut friction, mut drive, mut rolling, mut impact) = (0.0, 0.0, 0.0, 0.0);
-        let mut report = Report { residual: solution.residual, effort, ..Report::default() };
+        let mut report = StepReport { residual: solution.residual, effort, ..StepReport::default() };
         let sunk = approach - self.state.approach;
         let ws = &self.working;
         let core = ws.nodes[..ws.core].iter().zip(&ws.at).zip(solution.reaction.chunks_exact(3)).zip(&solution.status);

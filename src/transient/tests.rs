@@ -1,6 +1,6 @@
 //! Steps on one or two contacts, whose answers are known in closed form.
 
-use super::drive::Normal;
+use super::loading::Normal;
 use super::*;
 use crate::contact::law::Status;
 use crate::friction::{Exponential, FrictionLaw};
@@ -42,7 +42,7 @@ fn straight(begin: f64, end: f64) -> History {
     History::table("straight", &[[0.0, begin], [10.0 * H, end]], 10.0 * H).unwrap()
 }
 
-fn settings(drive: Drive, mu: f64) -> Settings {
+fn settings(drive: Loading, mu: f64) -> Settings {
     Settings {
         scheme: Scheme { step: H, theta: 0.5 },
         friction: FrictionLaw::Constant(mu),
@@ -53,9 +53,9 @@ fn settings(drive: Drive, mu: f64) -> Settings {
 }
 
 /// Nothing prescribed but the approach.
-fn still(approach: History) -> Drive {
+fn still(approach: History) -> Loading {
     let zero = || History::constant(0.0);
-    Drive {
+    Loading {
         normal: Normal::Approach(approach),
         tangential: [Tangential::Creep(zero()), Tangential::Creep(zero())],
         spin: zero(),
@@ -86,7 +86,7 @@ fn a_single_node_slips_and_sticks() {
         // At the middle of the first step, a twentieth of the way.
         let creep = [faster * 2.0, faster * -1.05];
         let spin = faster * 0.4;
-        let drive = Drive {
+        let drive = Loading {
             tangential: [
                 Tangential::Creep(straight(creep[0] - 0.1, creep[0] + 1.9)),
                 Tangential::Creep(straight(creep[1] + 0.05, creep[1] - 0.95)),
@@ -140,7 +140,7 @@ fn status_and_creep_belong_to_the_stresses_at_every_step() {
     let w = Mat::from_fn(147, 147, |i, j| if i == j { SOFT } else { 0.0 });
     let no = Mat::zeros(147, 0);
     let mu = 0.3;
-    let drive = Drive {
+    let drive = Loading {
         tangential: [Tangential::Creep(straight(1e-4, 1e-4)), Tangential::Creep(straight(-5e-5, -5e-5))],
         spin: straight(4e-4, 4e-4),
         ..still(
@@ -183,7 +183,7 @@ fn status_and_creep_belong_to_the_stresses_at_every_step() {
 #[test]
 fn prescribed_forces_are_there_at_the_end_of_the_step() {
     let (s, w, no) = (grid(&[(8, 0.0)]), springs(), none());
-    let drive = Drive {
+    let drive = Loading {
         normal: Normal::Force(straight(1e3, 2e3)),
         tangential: [Tangential::Force(straight(0.0, 500.0)), Tangential::Creep(History::constant(0.0))],
         ..still(History::constant(0.0))
@@ -200,7 +200,7 @@ fn prescribed_forces_are_there_at_the_end_of_the_step() {
         near(state.creep[0], -SOFT * 50.0 / H, "creep");
         assert_eq!((stepper.report().stick, state.creep[1]), (1, 0.0));
     }
-    let pulled = Drive { normal: Normal::Force(History::constant(-1.0)), ..still(History::constant(0.0)) };
+    let pulled = Loading { normal: Normal::Force(History::constant(-1.0)), ..still(History::constant(0.0)) };
     let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(pulled, 0.3), start).unwrap();
     let error = stepper.advance().unwrap_err();
     assert!(error.exit_code() == 2 && error.message().contains("only press"), "{error}");
@@ -210,7 +210,7 @@ fn prescribed_forces_are_there_at_the_end_of_the_step() {
 #[test]
 fn a_growing_load_closes_more_nodes() {
     let (s, w, no) = (grid(&[(8, 0.0), (16, 0.5e-3)]), springs(), none());
-    let drive = Drive { normal: Normal::Force(straight(100.0, 1100.0)), ..still(History::constant(0.0)) };
+    let drive = Loading { normal: Normal::Force(straight(100.0, 1100.0)), ..still(History::constant(0.0)) };
     let start = State::at_rest(&model(&s, &w, &no, &[]), &pressed(8, 100.0), 100.0 * SOFT);
     let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(drive, 0.3), start).unwrap();
     (0..9).for_each(|_| stepper.advance().unwrap());
@@ -228,7 +228,7 @@ fn a_load_that_comes_back_is_carried_again() {
     let points = [[0.0, 100.0], [3.0 * H, 0.0], [6.0 * H, 0.0], [10.0 * H, 1000.0]];
     let load = History::table("load", &points, 10.0 * H).unwrap();
     for start in [(100.0, 100.0 * SOFT), (0.0, -1e-2)] {
-        let drive = Drive { normal: Normal::Force(load.clone()), ..still(History::constant(0.0)) };
+        let drive = Loading { normal: Normal::Force(load.clone()), ..still(History::constant(0.0)) };
         let state = State::at_rest(&model(&s, &w, &no, &[]), &pressed(8, start.0), start.1);
         let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(drive, 0.3), state).unwrap();
         for step in 1..=10 {
@@ -301,7 +301,7 @@ fn the_laws_hold_with_a_fresh_product_after_many_steps() {
     let falling = Exponential::new(0.35, 0.25, 0.3).into();
     for friction in [FrictionLaw::Constant(0.3), falling] {
         let creep = Tangential::Creep(History::constant(0.05));
-        let drive = Drive {
+        let drive = Loading {
             tangential: [Tangential::Creep(History::constant(0.01)), creep],
             speed: 10.0,
             ..still(History::constant(6e-5))
@@ -341,7 +341,7 @@ fn the_laws_hold_with_a_fresh_product_after_many_steps() {
 #[test]
 fn rolling_over_a_slope() {
     let (s, w, no) = (grid(&[(11, 0.3), (12, 0.0), (13, 0.8)]), springs(), none());
-    let drive = Drive { speed: 10.0, ..still(History::constant(1e-3)) };
+    let drive = Loading { speed: 10.0, ..still(History::constant(1e-3)) };
     let start = State::at_rest(&model(&s, &w, &no, &[]), &pressed(12, 1e-3 / SOFT), 1e-3);
     let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(drive, 0.0), start).unwrap();
     stepper.advance().unwrap();

@@ -4,13 +4,13 @@
 use crate::dense::dense;
 use crate::stability::body as block_on_a_foot;
 use faer::{Mat, MatRef};
+use railsqueal::body::collective_order::{CollectiveOrderCheck, CHECK};
 use railsqueal::body::elements::{Elements, Method};
 use railsqueal::body::half_space::{HalfSpace, HalfSpaceBody};
 use railsqueal::body::matrices::Matrices;
 use railsqueal::body::matrix_body::MatrixBody;
 use railsqueal::body::matrix_market::Csr;
 use railsqueal::body::modes::Extent;
-use railsqueal::body::order::{Order, CHECK};
 use railsqueal::body::rigid::Rigid;
 use railsqueal::body::{Body, Capability};
 use railsqueal::eigen::sparse;
@@ -179,7 +179,7 @@ pub fn elements_are_their_matrices(world: &World) {
 /// Ranks that ask a body for different things are told on every rank, instead of waiting for each other.
 pub fn calls_out_of_step_are_told(world: &World) {
     assert!(std::env::var_os(CHECK).is_some(), "the tests run with the check");
-    let order = Order::new("block");
+    let order = CollectiveOrderCheck::new("block");
     order.enter(world, "compliance").unwrap();
     let call = if world.is_root() { "modes" } else { "response" };
     let found = order.enter(world, call);

@@ -105,7 +105,7 @@ fn main() {
             .arg(me)
             .arg(&filter)
             .env(CHILD, ranks)
-            .env(railsqueal::body::order::CHECK, "1")
+            .env(railsqueal::body::collective_order::CHECK, "1")
             .env("OPENBLAS_NUM_THREADS", "1")
             .env("OMPI_MCA_rmaps_base_oversubscribe", "1")
             .env("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe")

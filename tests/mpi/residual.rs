@@ -4,7 +4,7 @@
 use crate::elasticity::{block, group};
 use crate::stability::shared_modes;
 use railsqueal::body::fe::FeBody;
-use railsqueal::body::residual::at_node;
+use railsqueal::body::residual_flexibility::at_node;
 use railsqueal::body::statics::Statics;
 use railsqueal::fem::Material;
 use railsqueal::grid::ContactGrid;

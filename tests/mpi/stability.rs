@@ -21,7 +21,7 @@ use railsqueal::parallel::World;
 use railsqueal::petsc::shell::ShellOperator;
 use railsqueal::petsc::Petsc;
 use railsqueal::progress::Progress;
-use railsqueal::stability::full::cover::{partners, Wedge};
+use railsqueal::stability::full::completeness::{partners, Wedge};
 use railsqueal::stability::full::system::System;
 use railsqueal::stability::full::{
     spectrum, Coupling, DampedBody, Damping, FullBodies, FullOptions, FullSpectrum, Spin,

@@ -2,7 +2,7 @@
 
 use faer::Mat;
 use railsqueal::body::ModalMatrix;
-use railsqueal::model::ModalPair;
+use railsqueal::model::CoupledModel;
 
 /// I − 2 v vᵀ / |v|², with no entry of v that is 0.
 fn turn(n: usize) -> Mat<f64> {
@@ -12,7 +12,7 @@ fn turn(n: usize) -> Mat<f64> {
 }
 
 /// The pair with the modes of each body turned into one another, Ψ Q, QᵀKQ, QᵀCQ; and Q, `[m, m]`.
-pub fn rotated(pair: &ModalPair) -> (ModalPair, Mat<f64>) {
+pub fn rotated(pair: &CoupledModel) -> (CoupledModel, Mat<f64>) {
     let (m1, m) = (pair.lower_modes, pair.omega.len());
     let turns = [turn(m1), turn(m - m1)];
     let q = ModalMatrix::Blocks(turns.to_vec()).full();
@@ -25,7 +25,7 @@ pub fn rotated(pair: &ModalPair) -> (ModalPair, Mat<f64>) {
         };
         ModalMatrix::Blocks([0, m1].into_iter().zip(&turns).map(block).collect())
     };
-    let turned = ModalPair {
+    let turned = CoupledModel {
         modes: &pair.modes * &q,
         stiffness: of(&pair.stiffness),
         damping: of(&pair.damping),

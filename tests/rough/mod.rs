@@ -8,7 +8,7 @@ use railsqueal::contact::{Creepage, NormalLoad};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
 use railsqueal::roughness::{Part, Shape, Surface};
-use railsqueal::transient::drive::{Drive, History, Normal};
+use railsqueal::transient::loading::{History, Loading, Normal};
 use railsqueal::transient::{Model, Settings, State, Stepper};
 
 const STEP: f64 = 4e-6;
@@ -50,7 +50,7 @@ impl Pair {
     }
 
     fn settings(&self, approach: f64, speed: f64) -> Settings {
-        settings(STEP, Drive::constant(NormalLoad::Approach(approach), Creepage::default(), speed), 0.0)
+        settings(STEP, Loading::constant(NormalLoad::Approach(approach), Creepage::default(), speed), 0.0)
     }
 
     /// At rest, pressed together without roughness: the springs and the contact in balance after a while.

@@ -5,7 +5,7 @@ use super::*;
 use faer::linalg::solvers::Solve;
 use railsqueal::model::{turning, ModalRotation};
 use railsqueal::transient::scheme::Modal;
-use railsqueal::transient::{Effort, Memory, Motion, Operator, StepProblem};
+use railsqueal::transient::{DelassusOperator, Dynamics, Effort, Memory, StepProblem};
 
 /// Angular velocity, rad/s.
 const SPEED: f64 = 60.0;
@@ -54,7 +54,7 @@ fn damped(nodes: usize, speed: f64, damping: [f64; 3]) -> Squeal {
     };
     let lower = turning(rest, &rotation, speed);
     let upper = ReducedBody::new(vec![], vec![], Mat::zeros(3 * n, 0), local);
-    Squeal { pair: ModalPair::new(&lower, &upper).unwrap(), ..squeal }
+    Squeal { pair: CoupledModel::new(&lower, &upper).unwrap(), ..squeal }
 }
 
 /// Rubbed without rolling, as in [`rubbed`], from rest under a given approach.
@@ -128,7 +128,7 @@ fn in_the_turning_frame(squeal: &Squeal, start: &State, step: f64, steps: usize,
             b[3 * i + 1] += 0.05 * step - before[3 * i + 1];
             b[3 * i + 2] += interface.gap[i] - approach;
         }
-        let matrix = Operator::new((0..9 * n * n).map(|k| w[(k % (3 * n), k / (3 * n))]).collect());
+        let matrix = DelassusOperator::new((0..9 * n * n).map(|k| w[(k % (3 * n), k / (3 * n))]).collect());
         let law = FrictionLaw::Constant(squeal.mu);
         let problem = StepProblem {
             matrix: &matrix,

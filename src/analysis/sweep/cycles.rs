@@ -6,8 +6,8 @@ use super::outcome::LISTED;
 use super::sound::Heard;
 use super::{goes_on, point_of};
 use crate::analysis::radiation::Sounding;
-use crate::case::cycle::{Attempt, Kept, Motion};
 use crate::case::interface::points as points_of;
+use crate::case::limit_cycle_point::{LimitCyclePoint, Motion, PointCache};
 use crate::contact::points::interface as interface_of;
 use crate::job::{Branch, Cycles, Job, SweepPlan};
 use crate::model::SharedModel;
@@ -179,9 +179,9 @@ impl Following<'_> {
         };
         let pair = model.pair(job)?;
         let heard = self.sounding.map(Sounding::heard);
-        let attempt = Attempt { job, cycles: self.cycles, model: (&interface, pair), heard };
+        let attempt = LimitCyclePoint { job, cycles: self.cycles, model: (&interface, pair), heard };
         history.update(attempt.identity(branch)?);
-        let kept = Kept {
+        let kept = PointCache {
             path: self.folder.join(format!("{}-{point:06}", branch.name())),
             identity: history.clone().finalize().into(),
         };

@@ -21,7 +21,7 @@ pub(super) fn folder(output: &Path) -> PathBuf {
 }
 
 /// The file of the points that are done.
-pub(super) struct Kept {
+pub(super) struct KeptPoints {
     folder: PathBuf,
     path: PathBuf,
     file: File,
@@ -31,7 +31,7 @@ pub(super) struct Kept {
     found: HashMap<[u8; SUM], Outcome>,
 }
 
-impl Kept {
+impl KeptPoints {
     /// Reads what an earlier run to the same `output` has left. `common` is what every point rests on.
     pub(super) fn open(output: &Path, common: Vec<u8>) -> Result<Self> {
         let folder = folder(output);

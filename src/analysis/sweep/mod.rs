@@ -12,14 +12,14 @@ use super::modes;
 use super::radiation::{bands_of, Sounding};
 use super::reduction::Reduction;
 use super::run::Run;
-use crate::body::elsewhere::Elsewhere;
+use crate::body::mode_cache::CachedModes;
 use crate::body::TraceModes;
 use crate::case::bodies::Bodies;
-use crate::case::examined::{Examined, Found};
-use crate::case::foresee;
 use crate::case::interface::{given_forces, points};
 use crate::case::meshes::Meshes;
-use crate::case::placed;
+use crate::case::preflight;
+use crate::case::stability_problem::{StabilityProblem, StabilityResult};
+use crate::case::wheel_rail_geometry;
 use crate::contact::points::{interface as of_points, reactions};
 use crate::job::{fe_inputs, range, Job, SweepPlan};
 use crate::model::SharedModel;
@@ -30,7 +30,7 @@ use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::{Error, Result};
 use cycles::{All, Following};
-use kept::Kept;
+use kept::KeptPoints;
 use outcome::{summarise, Packed};
 use std::collections::HashMap;
 use uncertain::Study;
@@ -53,7 +53,7 @@ pub struct Base<'a, 's> {
     /// Free modes of each of [`Bodies::unique`].
     pub modes: &'a [TraceModes],
     /// Results of stability, on rank 0.
-    pub found: Option<&'a Found>,
+    pub found: Option<&'a StabilityResult>,
 }
 
 /// Points of a study that each rank computes before what is done is kept.
@@ -66,7 +66,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     let (world, job) = (run.world(), run.job);
     let study = Study::of(world, job, (base.as_ref(), own))?;
     let mut kept = match &study {
-        Some(study) => Some(world.on_root(|| Kept::open(&run.options.output, study.identity()))?),
+        Some(study) => Some(world.on_root(|| KeptPoints::open(&run.options.output, study.identity()))?),
         None => None,
     };
     let mut results: Vec<Option<Outcome>> = vec![None; plan.points.len()];
@@ -112,7 +112,9 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
                 run.progress.note(format!("bodies {} of {}", round * together + number + 1, groups.len()));
                 let around = (run.meshes, &mut *run.progress);
                 match build(run.petsc, point_of(&points, members[0])?, &mut earlier, around) {
-                    Ok((model, bodies, modes)) => (model, heard.map(|_| Sources::Own(Box::new(bodies), modes))),
+                    Ok((model, bodies, modes)) => {
+                        (model, heard.map(|_| Sources::IntrinsicDamping(Box::new(bodies), modes)))
+                    }
                     Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
                     Err(e) => {
                         members.iter().for_each(|&i| results[i] = Some(Outcome::failed(&e)));
@@ -216,7 +218,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
 fn filled(world: &World, plan: &SweepPlan, results: &mut [Option<Outcome>]) -> Result<Vec<Option<Job>>> {
     let mut all = Vec::new();
     for (point, result) in plan.points.iter().zip(results) {
-        all.push(match placed::filled(world, point) {
+        all.push(match wheel_rail_geometry::filled(world, point) {
             Ok(found) => Some(found.unwrap_or_else(|| point.clone())),
             Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
             Err(e) => {
@@ -263,14 +265,14 @@ enum Sources<'a, 's> {
     /// Bodies of the job's own point.
     Base(&'a Bodies<'s>, &'a [TraceModes]),
     /// Bodies of a point of the sweep.
-    Own(Box<Bodies<'a>>, Vec<TraceModes>),
+    IntrinsicDamping(Box<Bodies<'a>>, Vec<TraceModes>),
 }
 
 impl<'a, 's: 'a> Sources<'a, 's> {
     fn get(&self) -> (&Bodies<'a>, &[TraceModes]) {
         match self {
             Self::Base(bodies, modes) => (bodies, modes),
-            Self::Own(bodies, modes) => (bodies, modes),
+            Self::IntrinsicDamping(bodies, modes) => (bodies, modes),
         }
     }
 }
@@ -280,7 +282,7 @@ impl<'a, 's: 'a> Sources<'a, 's> {
 fn build<'p>(
     petsc: &'p Petsc,
     point: &Job,
-    earlier: &mut Vec<Option<Elsewhere>>,
+    earlier: &mut Vec<Option<CachedModes>>,
     (meshes, progress): (&Meshes, &mut Progress),
 ) -> Result<(SharedModel, Bodies<'p>, Vec<TraceModes>)> {
     let world = petsc.world();
@@ -291,7 +293,7 @@ fn build<'p>(
         body.damping = Default::default();
     }
     let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("a point of a sweep without contact".into()))?;
-    world.on_root(|| foresee::of_run(&job, meshes, true).map(drop))?;
+    world.on_root(|| preflight::of_run(&job, meshes, true).map(drop))?;
     let mut bodies = Bodies::build(petsc, &job, meshes, progress, &mut quiet)?;
     bodies.factorise(&job, progress, &mut quiet)?;
     bodies.unique.iter_mut().zip(&*earlier).for_each(|(body, found)| found.iter().for_each(|f| body.take(f)));
@@ -320,15 +322,15 @@ fn stopped(is_kept: bool, output: &std::path::Path) -> String {
 
 /// Stability at one point, on this rank alone.
 fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
-    solve_with(model, point, |e: &Examined| e.eigenvalues()).map(|(outcome, _)| outcome)
+    solve_with(model, point, |e: &StabilityProblem| e.eigenvalues()).map(|(outcome, _)| outcome)
 }
 
 /// The same with what was found.
 fn solve_with(
     model: &mut SharedModel,
     point: &Job,
-    examine: impl Fn(&Examined) -> Result<Found>,
-) -> Result<(Outcome, Found)> {
+    examine: impl Fn(&StabilityProblem) -> Result<StabilityResult>,
+) -> Result<(Outcome, StabilityResult)> {
     let (Some(wanted), Some(contact)) = (&point.analyses.stability, &point.contact) else {
         return Err(Error::Defect("a point of a sweep without contact or stability".into()));
     };
@@ -339,7 +341,7 @@ fn solve_with(
         None => model.interface.clone(),
     };
     let model = (&interface, model.pair(point)?);
-    let found = examine(&Examined { job: point, stability: wanted, contact, model })?;
+    let found = examine(&StabilityProblem { job: point, stability: wanted, contact, model })?;
     let (spectrum, linear) = (&found.spectrum, &found.contact);
     let state = found.state.as_ref();
     let force = match (state, given_forces(contact)) {

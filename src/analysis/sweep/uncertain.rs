@@ -3,9 +3,9 @@
 
 use super::{goes_on, point_of, solve_with, Base};
 use crate::analysis::stability::mode_name;
-use crate::case::examined::{Examined, Found};
+use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::job::{Job, SweepPlan, Uncertainty};
-use crate::model::{ModalPair, SharedModel};
+use crate::model::{CoupledModel, SharedModel};
 use crate::output::datasets::sweep::{Followed, Outcome};
 use crate::output::datasets::uncertainty::{tables, ModeOf, Study as Report};
 use crate::output::Table;
@@ -127,7 +127,7 @@ impl<'a> Study<'a> {
     }
 
     fn at(&self, model: &mut SharedModel, point: &Job) -> Result<Outcome> {
-        let (mut outcome, found) = solve_with(model, point, |e: &Examined| e.analyse())?;
+        let (mut outcome, found) = solve_with(model, point, |e: &StabilityProblem| e.analyse())?;
         outcome.followed = self.followed(&found, model.lower_modes());
         // The rest of some hundred eigenvalues is no longer needed.
         outcome.eigenvalues.truncate(outcome.unstable().max(1));
@@ -136,7 +136,7 @@ impl<'a> Study<'a> {
 
     /// The modes that are followed among those of a sample on `lower` free modes of the lower body, each by the motion
     /// nearest to it in shape; and what grows beside them.
-    fn followed(&self, found: &Found, lower: usize) -> Vec<Followed> {
+    fn followed(&self, found: &StabilityResult, lower: usize) -> Vec<Followed> {
         let motions: Vec<&Eigenpair> = found.spectrum.eigenpairs.iter().filter(|e| oscillates(e)).collect();
         let mut alike: Vec<(f64, usize, usize)> = Vec::new();
         let mut best = vec![0.0f64; motions.len()];
@@ -269,7 +269,7 @@ fn oscillates(e: &Eigenpair) -> bool {
 }
 
 /// The least damped of the `pairs` that oscillate, of bodies with the modes of `model`.
-fn references(pairs: &[Eigenpair], model: &ModalPair) -> Vec<Reference> {
+fn references(pairs: &[Eigenpair], model: &CoupledModel) -> Vec<Reference> {
     let mut all: Vec<&Eigenpair> = pairs.iter().filter(|e| oscillates(e)).collect();
     all.sort_by(|a, b| a.damping_ratio().total_cmp(&b.damping_ratio()));
     let reference = |e: &Eigenpair| {

@@ -1,25 +1,25 @@
 //! The analysis `transient`: rolling contact in time, from a state of rest and its perturbation, written in segments.
 
-mod account;
-mod course;
 mod fields;
 mod full;
 pub mod kept;
 mod points;
 mod sound;
+mod time_loop;
+mod transient_summary;
 
 pub use crate::output::datasets::checkpoint::refuse_other_job;
 
 use super::full_stability::Beside;
 use super::reduction::Reduction;
 use super::run::Run;
-use super::steps::Needs;
+use super::steps::Requirements;
 use super::RunOptions;
 use crate::body::TraceModes;
 use crate::case::bodies::Bodies;
-use crate::case::examined::Found;
-use crate::case::rolling::{drive, moved, Rolling};
 use crate::case::roughness;
+use crate::case::stability_problem::StabilityResult;
+use crate::case::transient_problem::{drive, moved, TransientProblem};
 use crate::job::{self, Job, TransientModel};
 use crate::model::ReducedModel;
 use crate::output::datasets::checkpoint::{self, Checkpoint};
@@ -34,10 +34,10 @@ use crate::stop::Stop;
 use crate::summary::Summary;
 use crate::transient::{Scheme, State, Stepper};
 use crate::{Error, Result};
-use course::{Course, Done};
 use points::Located;
 use sound::Sound;
 use std::path::Path;
+use time_loop::{Done, TimeLoop};
 
 /// Results of other stages of a run that the transient uses.
 pub struct Inputs<'a> {
@@ -60,7 +60,7 @@ pub struct Inputs<'a> {
     /// The reduced model.
     pub model: &'a Reduction,
     /// On rank 0: what stability found, where it was asked for.
-    pub found: Option<&'a Found>,
+    pub found: Option<&'a StabilityResult>,
     /// Result that the full system found beside the mode that the bodies are moved along at the start, where it was
     /// asked.
     pub beside: Option<&'a Beside>,
@@ -97,12 +97,12 @@ impl Inputs<'_> {
 
 /// Requirements of the analysis on the bodies: named points and the motion of the bodies take static solves, and sound
 /// the shapes. What moves the points and how the modes radiate is in the first segment of a run that is continued.
-pub(super) fn needs(wanted: &job::Transient, resume: bool) -> Needs {
+pub(super) fn needs(wanted: &job::Transient, resume: bool) -> Requirements {
     if wanted.model == TransientModel::Full {
         return full::needs(wanted, resume);
     }
     let solvers = (!wanted.points.is_empty() && !resume) || wanted.body_stride > 0;
-    Needs { solvers, shapes: solvers || (wanted.sound_power.is_some() && !resume) }
+    Requirements { solvers, shapes: solvers || (wanted.sound_power.is_some() && !resume) }
 }
 
 /// Collective: the transient; its results become part of `file`. At the start of a run rank 0 has the reduced model
@@ -225,7 +225,8 @@ fn advance(
 ) -> Result<Done> {
     let (root, segments) = (inputs.model.root()?, inputs.segments()?);
     let wanted = inputs.wanted;
-    let rolling = Rolling { job: inputs.job, wanted, contact: inputs.contact, model: (&root.interface, &root.pair) };
+    let rolling =
+        TransientProblem { job: inputs.job, wanted, contact: inputs.contact, model: (&root.interface, &root.pair) };
     // The settings follow from the state of rest; a resumed run finds the same again.
     let ready = rolling.ready()?;
     let interface = ready.interface();
@@ -265,7 +266,7 @@ fn advance(
             begun = None;
         }
     }
-    let course = Course { inputs, points, sound, identity, more: &|| Ok(Vec::new()), elsewhere };
+    let course = TimeLoop { inputs, points, sound, identity, more: &|| Ok(Vec::new()), elsewhere };
     course.go(stepper, begun.as_deref(), keep, progress)
 }
 

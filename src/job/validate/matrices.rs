@@ -1,7 +1,7 @@
 //! Rules for jobs whose bodies are given by matrices.
 
 use super::super::model::*;
-use super::super::transient::{Hold, Transient};
+use super::super::transient::{HeldQuantity, Transient};
 
 /// Rules within one body.
 pub(super) fn check_body(path: &str, body: &Body, matrices: &Matrices, faults: &mut Vec<String>) {
@@ -238,7 +238,7 @@ fn check_transient(transient: &Transient, contact: &Contact, stability: bool, fa
     if transient.start.mode.is_some() && !stability {
         faults.push(format!("analyses.stability: missing; {path}.start.mode names a mode of it, e.g. {{}}"));
     }
-    if transient.hold == Hold::Load && contact.normal_load.is_none() {
+    if transient.hold == HeldQuantity::Load && contact.normal_load.is_none() {
         faults.push(format!("{path}.hold: \"load\" needs contact.normal_load, which the job does not give"));
     }
     if contact.normal_load.is_none() && contact.approach.is_none() {

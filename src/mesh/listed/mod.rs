@@ -4,7 +4,7 @@
 mod check;
 mod groups;
 mod index;
-mod seam;
+mod unmerged_nodes;
 
 use super::{CellKind, Cells, Facet, FacetKind, Mesh};
 use crate::{Error, Result};

@@ -1,6 +1,6 @@
 //! The group `/cycles`: branches of limit cycles.
 
-use crate::cycles::Point;
+use crate::cycles::BranchPoint;
 use crate::output::Table;
 use num_complex::Complex;
 
@@ -23,7 +23,7 @@ pub struct BranchTables<'a> {
     /// The key and its unit.
     pub along: (&'a str, &'a str),
     /// The cycles from one end to the other.
-    pub points: &'a [Point],
+    pub points: &'a [BranchPoint],
     /// Place of the cycle that was marched.
     pub start: usize,
     /// Why the branch ends on both sides.
@@ -39,10 +39,10 @@ impl BranchTables<'_> {
     pub fn tables(&self) -> Vec<Table> {
         let points = self.points;
         let count = points.len();
-        let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&Point) -> f64| {
+        let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&BranchPoint) -> f64| {
             Table::list(&format!("/cycles/{name}"), units, text, points.iter().map(of).collect::<Vec<f64>>())
         };
-        let rows = |name: &str, units: &str, text: &str, shape: &[usize], of: &dyn Fn(&Point) -> Vec<f64>| {
+        let rows = |name: &str, units: &str, text: &str, shape: &[usize], of: &dyn Fn(&BranchPoint) -> Vec<f64>| {
             let values: Vec<f64> = points.iter().flat_map(of).collect();
             Table::new(&format!("/cycles/{name}"), units, text, &[&[count], shape].concat(), values)
         };
@@ -58,7 +58,7 @@ impl BranchTables<'_> {
         let unstable: Vec<i64> =
             points.iter().map(|p| p.multipliers.as_ref().map_or(-1, |m| m.unstable() as i64)).collect();
         let special: Vec<String> = points.iter().map(|p| p.special.map_or("", |s| s.kind.name()).into()).collect();
-        let told: Vec<&Point> = points.iter().filter(|p| p.special.is_some()).collect();
+        let told: Vec<&BranchPoint> = points.iter().filter(|p| p.special.is_some()).collect();
         let places: Vec<i64> = (0..count).filter(|&k| points[k].special.is_some()).map(|k| k as i64).collect();
         let steps = points.first().map_or(0, |p| p.cycle.force.len());
         let onsets = |of: &dyn Fn(&Onset) -> f64| self.onsets.iter().map(of).collect::<Vec<f64>>();

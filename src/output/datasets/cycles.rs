@@ -2,7 +2,7 @@
 
 use crate::job::Branch;
 use crate::output::Table;
-use crate::transient::cycle::{Fate, Followed};
+use crate::transient::cycle::{CycleOutcome, Followed};
 
 /// Outcome of a point, as numbers only: so it travels and is kept without loss.
 #[derive(Debug, Clone, PartialEq)]
@@ -82,10 +82,10 @@ impl Cycle {
     pub fn of(found: &Followed) -> Option<Self> {
         let (returns, record) = found.motion.as_ref()?;
         let fate = match found.fate {
-            Fate::Rest => 0,
-            Fate::Cycle => 1,
-            Fate::Irregular => 2,
-            Fate::Unsettled => 3,
+            CycleOutcome::Rest => 0,
+            CycleOutcome::Cycle => 1,
+            CycleOutcome::Irregular => 2,
+            CycleOutcome::Unsettled => 3,
         };
         let lines = record.lines.iter().zip(&record.spectrum);
         Some(Self {

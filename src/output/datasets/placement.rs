@@ -3,7 +3,7 @@
 use super::super::Table;
 
 /// Result of placing a wheel.
-pub struct Found {
+pub struct PlacementResult {
     /// Places of first touch on the profiles of wheel and rail, m.
     pub touch: [f64; 2],
     /// Origin of the frame of the contact in the track, m.
@@ -25,7 +25,7 @@ pub struct Found {
 }
 
 /// The tables of what was `found`.
-pub fn tables(found: &Found) -> Vec<Table> {
+pub fn tables(found: &PlacementResult) -> Vec<Table> {
     let scalar = |name: &str, units: &str, text: &str, value: f64| {
         Table::scalar(&format!("/placement/{name}"), units, text, value)
     };

@@ -5,7 +5,7 @@ use super::super::{Table, Values};
 use super::points::Points;
 use crate::grid::Interface;
 use crate::job;
-use crate::model::{ModalPair, ReducedModel};
+use crate::model::{CoupledModel, ReducedModel};
 use crate::transient::Stepper;
 
 /// Group of the segments from which the motion of the bodies is made; it does not become part of the main file.
@@ -275,7 +275,7 @@ impl<'a> Recorder<'a> {
 }
 
 /// Grid and modes that the datasets refer to.
-pub fn grid(s: &Interface, pair: &ModalPair) -> Vec<Table> {
+pub fn grid(s: &Interface, pair: &CoupledModel) -> Vec<Table> {
     let xy = |c: usize| (0..s.len()).map(|i| s.point(i)[c]).collect::<Vec<f64>>();
     vec![
         Table::list("/transient/grid/x", "m", "Longitudinal position of each contact node.", xy(0)),

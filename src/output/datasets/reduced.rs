@@ -3,7 +3,7 @@
 use super::super::{sha256, Reader, Table, Values};
 use crate::grid::Interface;
 use crate::job::{differences, fe_inputs, Job};
-use crate::model::{AtContact, ModalRotation, ModeName, ReducedModel, TraceModes};
+use crate::model::{ContactTrace, ModalRotation, ModeLabel, ReducedModel, TraceModes};
 use crate::{Error, Result};
 use faer::Mat;
 use serde_json::Value;
@@ -92,7 +92,7 @@ struct Known<'a> {
     reach: f64,
     residual: &'a [f64],
     rows: &'a Mat<f64>,
-    names: &'a [ModeName],
+    names: &'a [ModeLabel],
     damping: Option<Mat<f64>>,
     springs: &'a [f64],
     rotation: Option<&'a ModalRotation>,
@@ -282,8 +282,8 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
     let model = match interface {
         Some(interface) => {
             let part = |(modes, compliance): (&TraceModes, Mat<f64>)| match job.analyses.modes {
-                Some(_) => AtContact { modes: modes.clone(), compliance },
-                None => AtContact::statics(compliance),
+                Some(_) => ContactTrace { modes: modes.clone(), compliance },
+                None => ContactTrace::statics(compliance),
             };
             let parts = modes.iter().zip(compliances).map(part).collect();
             Some(ReducedModel::assemble(job, interface, parts, if alike { [0, 0] } else { [0, 1] })?)
@@ -294,7 +294,7 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
 }
 
 /// Names of the modes of a body; `path` names its datasets.
-fn names(reader: &Reader, path: &dyn Fn(&str) -> String) -> Result<Vec<ModeName>> {
+fn names(reader: &Reader, path: &dyn Fn(&str) -> String) -> Result<Vec<ModeLabel>> {
     if !reader.has(&path("order")) {
         return Ok(Vec::new());
     }
@@ -302,7 +302,7 @@ fn names(reader: &Reader, path: &dyn Fn(&str) -> String) -> Result<Vec<ModeName>
         |what: &str| Error::Input(format!("{}: {} is not a list as expected", reader.path().display(), path(what)));
     match (reader.verified(&path("order"))?.1, reader.verified(&path("family"))?.1) {
         (Values::I64(orders), Values::Text(families)) if orders.len() == families.len() => {
-            let name = |(order, family): (i64, String)| ModeName { order: u32::try_from(order).unwrap_or(0), family };
+            let name = |(order, family): (i64, String)| ModeLabel { order: u32::try_from(order).unwrap_or(0), family };
             Ok(orders.into_iter().zip(families).map(name).collect())
         }
         _ => Err(wrong("order")),

@@ -2,7 +2,7 @@
 
 use super::super::Table;
 use crate::contact::baseline::LAWS;
-use crate::model::{travelling, ModalPair, ReducedModel};
+use crate::model::{travelling, CoupledModel, ReducedModel};
 use crate::stability::confirmation::Confirmation;
 use crate::stability::criterion::Criterion;
 use crate::stability::full::FullResult;
@@ -24,7 +24,7 @@ struct Listed {
 }
 
 /// The eigenvalues of the reduced model, then those of the full one.
-fn listed(spectrum: &Spectrum, model: &ModalPair, full: Option<&FullResult>) -> Vec<Listed> {
+fn listed(spectrum: &Spectrum, model: &CoupledModel, full: Option<&FullResult>) -> Vec<Listed> {
     let of_reduced = |p: &Eigenpair| Listed {
         value: p.value,
         backward_error: p.backward_error,

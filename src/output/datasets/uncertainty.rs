@@ -4,7 +4,7 @@ use super::super::Table;
 use super::sweep::Outcome;
 use crate::job::SweepPlan;
 use crate::random::indices::Indices;
-use crate::random::interval::Method;
+use crate::random::interval::IntervalMethod;
 use num_complex::Complex;
 use std::f64::consts::PI;
 
@@ -20,7 +20,7 @@ pub struct ModeOf {
     /// Ends of the confidence interval.
     pub interval: [f64; 2],
     /// How the interval was made.
-    pub method: Method,
+    pub method: IntervalMethod,
     /// Share of the samples in which it was found.
     pub found: f64,
     /// Least modal assurance criterion of those; NaN without any.
@@ -47,7 +47,7 @@ pub struct Study {
     /// Ends of its confidence interval.
     pub interval: [f64; 2],
     /// How the interval was made.
-    pub method: Method,
+    pub method: IntervalMethod,
     /// Probability of growth that is none of the modes.
     pub other: f64,
     /// Ends of its confidence interval.
@@ -73,10 +73,10 @@ impl Study {
     }
 }
 
-fn word(method: Method) -> &'static str {
+fn word(method: IntervalMethod) -> &'static str {
     match method {
-        Method::Wilson => "Wilson's formula",
-        Method::Replicates => "the spread of the replicates",
+        IntervalMethod::Wilson => "Wilson's formula",
+        IntervalMethod::Replicates => "the spread of the replicates",
     }
 }
 

@@ -7,7 +7,7 @@
 //! was altered, lost or put in does not fit the checksums. As long as a run has it open the file is locked; the lock
 //! ends with the process, however it ends.
 
-use super::super::partial::failure;
+use super::super::atomic_file::failure;
 use super::super::provenance::hexadecimal;
 use crate::{Error, Result};
 use rustix::fs::FlockOperation;

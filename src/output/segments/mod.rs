@@ -8,7 +8,7 @@ mod merge;
 pub use manifest::{program, Entry, Part};
 pub(super) use merge::append_to;
 
-use super::partial::{failure, sweep, Partial};
+use super::atomic_file::{failure, sweep, Partial};
 use super::read::Reader;
 use super::result::{companion, MODEL};
 use super::table::Table;

@@ -2,17 +2,17 @@
 //! pressures of the closed nodes as multipliers, by successive shifts up the imaginary axis.
 
 mod columns;
+pub mod completeness;
 pub mod coupling;
-pub mod cover;
 mod damping;
 pub(super) mod inverse;
 pub mod pairs;
 mod part;
 pub mod residuals;
+mod rotation_correction;
 mod shift;
 pub mod system;
 mod transposed;
-mod turning;
 
 use super::confirmation::{Asked, Confirmation, Problem};
 use super::grows;
@@ -23,9 +23,9 @@ use crate::eigen::sparse::Method;
 use crate::petsc::{Petsc, Span};
 use crate::progress::Progress;
 use crate::{Error, Result};
-use cover::{Disc, Wedge};
+use completeness::{Disc, Wedge};
 use num_complex::Complex;
-use pairs::{Around, Found};
+use pairs::{Around, FullEigenpair};
 use residuals::Residuals;
 use system::System;
 
@@ -138,7 +138,7 @@ pub fn spectrum<'a>(
     let mut from = 0.0;
     let (mut discs, mut pairs, mut shifts) = (Vec::new(), Vec::new(), Vec::new());
     while from < wedge.height {
-        let next = cover::next(&wedge, from, options.count, reduced, &poles, |height| {
+        let next = completeness::next(&wedge, from, options.count, reduced, &poles, |height| {
             places[0].damping.on_curve(height).map_or(C::new(0.0, height), |on| on.0)
         });
         let shift = system.shift_to(next.height)?;
@@ -164,7 +164,7 @@ pub fn spectrum<'a>(
         }
         from = reached;
     }
-    let kept = cover::merge(&discs, &wedge)?;
+    let kept = completeness::merge(&discs, &wedge)?;
     let mut slots: Vec<Vec<Option<FullPair>>> = pairs.into_iter().map(|l| l.into_iter().map(Some).collect()).collect();
     let pairs = kept.into_iter().filter_map(|(d, i)| slots[d][i].take()).collect();
     Ok(FullSpectrum { pairs, shifts })
@@ -192,7 +192,7 @@ fn around(
     }
     let confirmations = confirm(petsc, system, &around.pairs, options)?;
     let mut pairs = Vec::new();
-    for (Found { value, vector, residuals }, confirmation) in around.pairs.iter().zip(confirmations) {
+    for (FullEigenpair { value, vector, residuals }, confirmation) in around.pairs.iter().zip(confirmations) {
         let (value, x, residuals) = (*value, &vector[..], *residuals);
         let worst = residuals.backward_error.max(residuals.constraint);
         if !(worst <= options.tolerance && residuals.correction <= CORRECTION_LIMIT) {
@@ -226,11 +226,11 @@ fn around(
 fn confirm(
     petsc: &Petsc,
     system: &mut System,
-    found: &[Found],
+    found: &[FullEigenpair],
     options: &FullOptions,
 ) -> Result<Vec<Option<Confirmation>>> {
     let wedge = Wedge::new(options.max_frequency, options.damping_ratio);
-    let unstable = |p: &Found| wedge.holds(p.value) && grows(p.value, p.residuals.backward_error);
+    let unstable = |p: &FullEigenpair| wedge.holds(p.value) && grows(p.value, p.residuals.backward_error);
     let which: Vec<usize> = (0..found.len()).filter(|&i| unstable(&found[i])).collect();
     let mut all = vec![None; found.len()];
     if which.is_empty() || options.method != Method::Slepc || system.turns() {
@@ -240,7 +240,7 @@ fn confirm(
     let (norms, rate, shift) = (system.norms, system.rate(), system.sigma);
     let problem = Problem { petsc, span: Span::World, norms, rate, system: "stability of the full system" };
     for (&i, left) in which.iter().zip(&left) {
-        let Found { value, vector, .. } = &found[i];
+        let FullEigenpair { value, vector, .. } = &found[i];
         let asked = Asked { value: *value, shift, right: vector, left, effort: CONFIRMED };
         all[i] = problem.confirm(system, &asked)?;
     }

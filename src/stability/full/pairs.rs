@@ -37,7 +37,7 @@ const CORRECTED: f64 = 3.0;
 
 /// An eigenpair of the system.
 #[derive(Debug, Clone)]
-pub struct Found {
+pub struct FullEigenpair {
     /// λ, 1/s.
     pub value: C,
     /// Local rows of the vector.
@@ -50,7 +50,7 @@ pub struct Found {
 #[derive(Debug, Clone)]
 pub struct Around {
     /// The nearest first; none is left out among them.
-    pub pairs: Vec<Found>,
+    pub pairs: Vec<FullEigenpair>,
     /// Distance from the shift within which all are known, 1/s.
     pub radius: f64,
     /// Columns that were solved for.
@@ -98,7 +98,7 @@ impl System<'_> {
         let residuals = self.residuals(&pairs)?;
         let radius = values.iter().map(|v| (v - self.sigma).norm()).fold(0.0, f64::max);
         let found = values.into_iter().zip(found.vectors).zip(residuals);
-        let pairs = found.map(|((value, vector), residuals)| Found { value, vector, residuals }).collect();
+        let pairs = found.map(|((value, vector), residuals)| FullEigenpair { value, vector, residuals }).collect();
         Ok(Around { pairs, radius, solves, corrected: self.accuracy.is_some() })
     }
 
@@ -139,7 +139,7 @@ impl System<'_> {
         let sought = nearby.lambda.iter().take_while(|l| distance(l) <= needed).count();
         let mut current = nearby.lambda.clone();
         let mut space = Projection::new(self, nearby.vectors.into_iter().chain(nearby.beside).collect())?;
-        let mut done: Vec<Option<Found>> = vec![None; sought];
+        let mut done: Vec<Option<FullEigenpair>> = vec![None; sought];
         let mut before = f64::INFINITY;
         loop {
             let (values, coordinates) = space.pairs(self.world, target, &current)?;
@@ -158,7 +158,7 @@ impl System<'_> {
                 let judged = self.judge(&real, &vectors, rest)?;
                 for ((&i, x), Judged { residuals, change }) in some.iter().zip(vectors.chunks_exact(n)).zip(judged) {
                     if residuals.correction <= UNCHANGED && residuals.backward_error <= GOOD {
-                        done[i] = Some(Found { value: values[i] * self.rate, vector: x.to_vec(), residuals });
+                        done[i] = Some(FullEigenpair { value: values[i] * self.rate, vector: x.to_vec(), residuals });
                     } else {
                         worst = worst.max(residuals.correction);
                         which.push(i);
@@ -184,7 +184,7 @@ impl System<'_> {
             false => current.iter().map(distance).fold(0.0, f64::max),
         };
         let radius = (bound - 2.0 * moved) * self.rate;
-        let mut pairs: Vec<Found> = done.into_iter().flatten().collect();
+        let mut pairs: Vec<FullEigenpair> = done.into_iter().flatten().collect();
         pairs.sort_by(|a, b| (a.value - self.sigma).norm().total_cmp(&(b.value - self.sigma).norm()));
         Ok(Some(Around { pairs, radius, solves: *solves, corrected: false }))
     }

@@ -13,14 +13,14 @@ use std::rc::Rc;
 type C = Complex<f64>;
 
 /// The sparse matrices of a rotating body.
-pub(super) struct Turning<'a> {
+pub(super) struct RotationOperators<'a> {
     /// Ω, rad/s.
     speed: f64,
     /// G and K_σ − K_c at 1 rad/s.
     forms: [Operator<'a>; 2],
 }
 
-impl Turning<'_> {
+impl RotationOperators<'_> {
     fn new(world: &World, spin: &Spin) -> Self {
         let forms = [&spin.forms.gyroscopic, &spin.forms.stiffness];
         Self { speed: spin.speed, forms: forms.map(|form| Operator::new(world, Rc::clone(form).into())) }
@@ -37,7 +37,7 @@ impl Turning<'_> {
 }
 
 /// One of the two bodies.
-pub(super) struct Part<'a> {
+pub(super) struct FullBody<'a> {
     pub body: &'a dyn FullSystem,
     pub side: Side,
     pub stiffness: Operator<'a>,
@@ -48,7 +48,7 @@ pub(super) struct Part<'a> {
     pub modal: Option<ModalTerms>,
     /// The modes, where it has such terms.
     pub modes: Option<&'a BodyModes>,
-    turning: Option<Turning<'a>>,
+    turning: Option<RotationOperators<'a>>,
     /// Index in the list of finite-element bodies: equal for mirror images.
     pub index: usize,
     /// This rank's contact rows of the body in lower form: (row of the coupling, local degree of freedom, coefficient).
@@ -57,7 +57,7 @@ pub(super) struct Part<'a> {
     pub first: usize,
 }
 
-impl<'a> Part<'a> {
+impl<'a> FullBody<'a> {
     /// Collective: the body at `place`, whose contact rows are those of the `nodes` of the coupling and whose
     /// unknowns follow those of `earlier`. `modes` are its free modes, asked for where the place has modal damping or
     /// rotates.
@@ -67,7 +67,7 @@ impl<'a> Part<'a> {
         modes: &[&'a BodyModes],
         place: &DampedBody,
         nodes: &[usize],
-        earlier: &[Part<'a>],
+        earlier: &[FullBody<'a>],
     ) -> Result<Self> {
         let DampedBody { body: index, damping, .. } = *place;
         let missing = || Error::Defect("full stability: a body is missing".into());
@@ -90,8 +90,8 @@ impl<'a> Part<'a> {
             }
         };
         let modes = modes.get(index).copied().filter(|_| modal.is_some());
-        let turning = place.spin.as_ref().map(|spin| Turning::new(world, spin));
-        let first = earlier.iter().map(Part::len).sum();
+        let turning = place.spin.as_ref().map(|spin| RotationOperators::new(world, spin));
+        let first = earlier.iter().map(FullBody::len).sum();
         let side = Side::BOTH[earlier.len().min(1)];
         Ok(Self { body, side, stiffness, mass, damping, own, modal, modes, turning, index, rows, first })
     }

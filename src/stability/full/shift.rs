@@ -10,7 +10,7 @@ use super::columns::Reals;
 use super::coupling::{CoupledContact, TransposedRows};
 use super::damping::{Damping, ModalCorrection, ModalTerms};
 use super::inverse::{Inverse, ShiftedBody};
-use super::part::Part;
+use super::part::FullBody;
 use super::system::System;
 use crate::eigen::quadratic::{random, Quadratic, BLOCK};
 use crate::petsc::complex::ComplexFactor;
@@ -93,7 +93,7 @@ impl<'a> System<'a> {
     }
 
     /// Collective: what the modal damping of a part adds to the inverse of its body at λ = `sigma`.
-    fn correction(&self, part: &Part, damping: &ModalTerms, body: &ShiftedBody, sigma: C) -> ModalCorrection {
+    fn correction(&self, part: &FullBody, damping: &ModalTerms, body: &ShiftedBody, sigma: C) -> ModalCorrection {
         let (n, m, count) = (part.len(), 3 * self.coupling.nodes.len(), damping.count());
         // G = BᵀZ, then YZ, column by column.
         let mut all = vec![C::default(); (count + m) * count];
@@ -208,7 +208,7 @@ impl<'a> System<'a> {
 
     /// Collective: the response of the parts of one inverse, each by itself, to columns of `n` rows.
     fn solve_bodies(&self, body: &mut ShiftedBody, x: &mut [C], n: usize) -> Result<()> {
-        let parts: Vec<&Part> = body.parts.iter().map(|&index| &self.parts[index]).collect();
+        let parts: Vec<&FullBody> = body.parts.iter().map(|&index| &self.parts[index]).collect();
         let mut columns: Vec<C> = Vec::new();
         for x in x.chunks_exact(n) {
             for part in &parts {

@@ -6,7 +6,7 @@
 
 use super::coupling::{Coupling, CouplingMatrices};
 use super::damping::DampedBody;
-use super::part::Part;
+use super::part::FullBody;
 use super::shift::Shift;
 use crate::body::fe::BodyModes;
 use crate::body::FullSystem;
@@ -25,7 +25,7 @@ type C = Complex<f64>;
 pub struct System<'a> {
     pub(super) world: &'a World,
     pub(super) petsc: &'a Petsc<'a>,
-    pub(super) parts: Vec<Part<'a>>,
+    pub(super) parts: Vec<FullBody<'a>>,
     pub(super) coupling: Coupling,
     /// Unit of λ, rad/s, and of stiffness, N/m: the pressures and the changes of friction are counted in it times a
     /// metre.
@@ -54,9 +54,9 @@ impl<'a> System<'a> {
         rate: f64,
     ) -> Result<Self> {
         let world = petsc.world();
-        let mut parts: Vec<Part> = Vec::new();
+        let mut parts: Vec<FullBody> = Vec::new();
         for place in places {
-            let part = Part::new(world, bodies, modes, place, &coupling.nodes, &parts)?;
+            let part = FullBody::new(world, bodies, modes, place, &coupling.nodes, &parts)?;
             parts.push(part);
         }
         let stiffness = parts.iter().map(|p| p.stiffness.matrix().max_abs(world)).fold(0.0, f64::max);
@@ -90,12 +90,12 @@ impl<'a> System<'a> {
 
     /// Returns whether a body rotates: then the inverse is one of a nearby problem.
     pub(super) fn turns(&self) -> bool {
-        self.parts.iter().any(Part::turns)
+        self.parts.iter().any(FullBody::turns)
     }
 
     /// First local unknown of the pressures.
     pub(super) fn pressures(&self) -> usize {
-        self.parts.iter().map(Part::len).sum()
+        self.parts.iter().map(FullBody::len).sum()
     }
 
     /// Collective: the Euclidean norm of a vector.

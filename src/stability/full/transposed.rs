@@ -5,7 +5,7 @@
 //! with the
 //! residuals.
 
-use super::pairs::Found;
+use super::pairs::FullEigenpair;
 use super::system::System;
 use crate::eigen::projection::Projection;
 use crate::eigen::quadratic::{sizes, Quadratic};
@@ -87,9 +87,9 @@ impl System<'_> {
 
     /// Collective: left vectors y (yᴴ P(λ) = 0, local rows) of the pairs `which` of those `found` around the shift,
     /// as exactly as a few corrections make them.
-    pub(super) fn left_vectors(&mut self, found: &[Found], which: &[usize]) -> Result<Vec<Vec<C>>> {
+    pub(super) fn left_vectors(&mut self, found: &[FullEigenpair], which: &[usize]) -> Result<Vec<Vec<C>>> {
         let (n, first, closed) = (Quadratic::n_local(self), self.pressures(), self.coupling.closed());
-        let guess = |pair: &Found| {
+        let guess = |pair: &FullEigenpair| {
             let mut x = pair.vector.clone();
             if self.world.is_root() {
                 x[first..first + closed].iter_mut().for_each(|r| *r = -*r);

@@ -4,7 +4,7 @@
 
 use super::modal::{real_times, Modes};
 use super::{ContactRows, C};
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use faer::Mat;
 
 /// The pencil in its own units, as [`assemble`](crate::stability::reduced::assemble) has them.
@@ -96,7 +96,7 @@ impl Scaled {
     /// The same of the vectors with the amplitudes `q` of the modes of `bodies`, `[m, values]`, whatever made these.
     pub fn whole_errors(
         &self,
-        (modes, bodies): (&Modes, &ModalPair),
+        (modes, bodies): (&Modes, &CoupledModel),
         rows: &ContactRows,
         x: &Vectors<'_>,
         q: &Mat<C>,

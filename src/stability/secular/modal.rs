@@ -4,7 +4,7 @@ use super::small::add_product;
 use super::terms::Terms;
 use super::{C, REAL};
 use crate::body::ModalMatrix;
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, MatRef};
 use std::cell::RefCell;
@@ -184,7 +184,7 @@ struct Given {
 }
 
 impl Given {
-    fn is(&self, bodies: &ModalPair, within: f64) -> bool {
+    fn is(&self, bodies: &CoupledModel, within: f64) -> bool {
         let same = self.within == within && self.lower == bodies.lower_modes;
         same && self.stiffness == bodies.stiffness && self.damping == bodies.damping
     }
@@ -194,7 +194,7 @@ impl Modes {
     /// Modal sums of `bodies` with the functions of which they consist at these contact rows, and the functions there,
     /// `[3n, r]`, with the poles up to the angle `within`; none where the functions are not few, or a mode by itself
     /// does not oscillate. Those of the last state are taken where they serve.
-    pub fn at(bodies: &ModalPair, rows: &[usize], within: f64) -> Option<(Rc<Self>, Mat<f64>)> {
+    pub fn at(bodies: &CoupledModel, rows: &[usize], within: f64) -> Option<(Rc<Self>, Mat<f64>)> {
         let psi = Mat::from_fn(rows.len(), bodies.omega.len(), |i, j| bodies.modes[(rows[i], j)]);
         let last = Self::last().filter(|known| known.of.is(bodies, within));
         let (modes, asked) = match last.and_then(|last| last.shapes(&psi).map(|asked| (last, asked))) {
@@ -246,7 +246,7 @@ impl Modes {
         covered.then_some(asked)
     }
 
-    fn new(bodies: &ModalPair, psi: &Mat<f64>, within: f64) -> Option<Self> {
+    fn new(bodies: &CoupledModel, psi: &Mat<f64>, within: f64) -> Option<Self> {
         let (m, lower) = (bodies.omega.len(), bodies.lower_modes);
         let mut bases = Vec::new();
         for (first, end) in [(0, lower), (lower, m)] {
@@ -414,7 +414,7 @@ impl Modes {
 impl Part {
     /// The modes from `first` to before `end`, whose amplitudes of the functions are in `basis`, `[functions, modes
     /// of both]`.
-    fn new(bodies: &ModalPair, (first, end): (usize, usize), basis: MatRef<'_, f64>, at: usize) -> Option<Self> {
+    fn new(bodies: &CoupledModel, (first, end): (usize, usize), basis: MatRef<'_, f64>, at: usize) -> Option<Self> {
         let functions = basis.nrows();
         let (mut singles, mut groups) = (Vec::new(), Vec::new());
         for modes in coupled(bodies, first, end) {
@@ -497,7 +497,7 @@ impl Part {
 }
 
 impl Group {
-    fn new(bodies: &ModalPair, modes: Vec<usize>, basis: MatRef<'_, f64>) -> Option<Self> {
+    fn new(bodies: &CoupledModel, modes: Vec<usize>, basis: MatRef<'_, f64>) -> Option<Self> {
         let s = modes.len();
         let block = |of: &ModalMatrix| Mat::from_fn(s, s, |i, j| of.get(modes[i], modes[j]));
         let own = Poles::of(block(&bodies.stiffness), block(&bodies.damping))?;
@@ -557,7 +557,7 @@ fn off(v: C, size: f64) -> C {
 }
 
 /// The modes from `first` to before `end` in groups that are coupled.
-fn coupled(bodies: &ModalPair, first: usize, end: usize) -> Vec<Vec<usize>> {
+fn coupled(bodies: &CoupledModel, first: usize, end: usize) -> Vec<Vec<usize>> {
     let diagonal = |m: &ModalMatrix| matches!(m, ModalMatrix::Diagonal(_));
     if diagonal(&bodies.stiffness) && diagonal(&bodies.damping) {
         return (first..end).map(|i| vec![i]).collect();

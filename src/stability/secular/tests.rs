@@ -11,7 +11,7 @@ const MODES: [usize; 2] = [50, 30];
 
 /// Two half-spaces with modes that move the contact as a whole and tilt it; those of the upper body are tied by a
 /// damping like that of rotation, two by two.
-fn bodies(s: &Interface) -> ModalPair {
+fn bodies(s: &Interface) -> CoupledModel {
     let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
     let body = |count: usize, seed: f64| {
         let omega: Vec<f64> = (0..count).map(|k| 2.0 * PI * (300.0 + 95.0 * (k + k % 2) as f64 + seed)).collect();
@@ -47,14 +47,14 @@ fn bodies(s: &Interface) -> ModalPair {
         _ => 0.0,
     })
     .into();
-    ModalPair::new(&lower, &upper).unwrap()
+    CoupledModel::new(&lower, &upper).unwrap()
 }
 
 fn interface() -> Interface {
     Interface::paraboloid(9, 9, [7e-3; 2], [4.0; 2]).unwrap()
 }
 
-fn contact(s: &Interface, pair: &ModalPair, friction: FrictionLaw, lateral: f64) -> LinearContact {
+fn contact(s: &Interface, pair: &CoupledModel, friction: FrictionLaw, lateral: f64) -> LinearContact {
     let w = combined_compliance(
         HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap().as_ref(),
         HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap().as_ref(),
@@ -75,7 +75,7 @@ fn contact(s: &Interface, pair: &ModalPair, friction: FrictionLaw, lateral: f64)
     problem.contact(&problem.solve().unwrap())
 }
 
-fn cases(s: &Interface, pair: &ModalPair) -> Vec<LinearContact> {
+fn cases(s: &Interface, pair: &CoupledModel) -> Vec<LinearContact> {
     let falling = |velocity: f64| FrictionLaw::from(Exponential::new(0.4, 0.3, velocity).remembering(4e-4));
     vec![
         contact(s, pair, FrictionLaw::Constant(0.3), 0.01),
@@ -269,8 +269,8 @@ fn roots_go_on_to_other_bodies() {
     let mut damped = pair.clone();
     damped.damping = damped.damping.with_diagonal(&[0.1; MODES[0] + MODES[1]]);
     let contact = contact(&s, &pair, FrictionLaw::Constant(0.3), 0.01);
-    let secular = |pair: &ModalPair| Secular::new(pair, &contact, 0.3).unwrap().unwrap();
-    let anew = |pair: &ModalPair| {
+    let secular = |pair: &CoupledModel| Secular::new(pair, &contact, 0.3).unwrap().unwrap();
+    let anew = |pair: &CoupledModel| {
         LAST.set(Last::default());
         secular(pair).roots().unwrap()
     };

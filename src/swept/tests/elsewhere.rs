@@ -3,7 +3,7 @@
 use super::straight::{pads, RAIL_STEEL};
 use super::*;
 use crate::swept::modes::seen;
-use crate::swept::waves::Wave;
+use crate::swept::waves::RailMode;
 
 const PERIOD: f64 = 14.0;
 
@@ -24,9 +24,9 @@ fn waves_of_a_rail_serve_wherever_it_is_touched() {
     let patch = Patch { radius: 5e-3 };
     for n in [0, 1, 7, 30] {
         let limit = 2.0 * PI * 2500.0;
-        let turned = Wave::of(&forms, of_order(&forms, n, limit).unwrap(), None).turned(angle);
+        let turned = RailMode::of(&forms, of_order(&forms, n, limit).unwrap(), None).turned(angle);
         let line = LineLoad::new(&other, patch, n, PERIOD / (2.0 * PI));
-        let own = Wave::of(&other, of_order(&other, n, limit).unwrap(), Some((&line, patch)));
+        let own = RailMode::of(&other, of_order(&other, n, limit).unwrap(), Some((&line, patch)));
         assert!(!own.omega.is_empty() && own.omega.len() == turned.omega.len(), "{n}");
         let contact = seen(turned.vectors.as_ref(), Some((&line, patch)));
         for k in 0..own.omega.len() {

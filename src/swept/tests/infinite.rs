@@ -2,7 +2,7 @@
 
 use super::straight::RAIL_STEEL;
 use super::*;
-use crate::swept::infinite::{Infinite, Making, FORCES};
+use crate::swept::infinite::{Infinite, InfiniteRailSpec, FORCES};
 use num_complex::Complex64;
 
 /// Displacement at the contact along `c` under a unit force there, m/N, over the wavenumbers of `spans`, 1/m, each
@@ -25,9 +25,9 @@ fn receptance(rail: &Infinite, c: usize, omega: f64, spans: &[(f64, usize)]) -> 
     sum
 }
 
-fn making(track: Track, loss: f64) -> Making {
+fn making(track: Track, loss: f64) -> InfiniteRailSpec {
     let section = BuiltRail::new(&R60E1, 0.015).unwrap();
-    Making {
+    InfiniteRailSpec {
         section: section.for_modes().unwrap(),
         material: RAIL_STEEL,
         track: Some(track),
@@ -83,7 +83,7 @@ fn its_receptance_is_that_of_an_infinite_beam() {
     let ballast = Layer::with_loss([1.7e8, 1.2e8, 1.2e8], 1.0, 250.0);
     let track = Track { pad, sleeper: Some(Sleeper { mass: 250.0, ballast }) };
     let section = BuiltRail::new(&R60E1, 0.0).unwrap();
-    let making = Making { section: section.for_modes().unwrap(), angle: 0.0, ..making(track, 0.02) };
+    let making = InfiniteRailSpec { section: section.for_modes().unwrap(), angle: 0.0, ..making(track, 0.02) };
     let rail = Infinite::new(&making, 2.0 * PI * 2000.0).unwrap();
     let beam = beam_60e1(making.material, false, 0.02);
     for f in [100.0, 250.0, 500.0, 900.0] {
@@ -102,7 +102,7 @@ fn its_receptance_is_that_of_an_infinite_beam() {
 fn dashpots_end_a_rail_along_itself() {
     let track = straight::pads();
     let section = BuiltRail::new(&R60E1, 0.0).unwrap();
-    let making = Making { section: section.for_modes().unwrap(), angle: 0.0, ..making(track, 0.02) };
+    let making = InfiniteRailSpec { section: section.for_modes().unwrap(), angle: 0.0, ..making(track, 0.02) };
     let rail = Infinite::new(&making, 2.0 * PI * 1500.0).unwrap();
     let (period, patch) = (14.0, Patch { radius: 5e-3 });
     // Dashpots at a section move by short waves as well: with modes up to 2500 Hz 14 % are missing at 800 Hz.

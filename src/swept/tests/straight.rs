@@ -1,7 +1,7 @@
 //! Sections along a line: bars, beams, the rail.
 
 use super::*;
-use crate::swept::waves::{self, Wave};
+use crate::swept::waves::{self, RailMode};
 use faer::linalg::solvers::Solve;
 use num_complex::Complex;
 
@@ -111,7 +111,7 @@ pub(super) fn pads() -> Track {
 
 /// Receptance at the contact, (x, y, n), m/N, from modes and A.
 pub(super) fn receptance(
-    waves: &[Wave],
+    waves: &[RailMode],
     list: &[waves::Member],
     c: &Mat<f64>,
     a: &Square,
@@ -202,7 +202,7 @@ fn the_contact_on_the_rail_yields_as_it_must() {
 /// The rail on pads of the length `period`, m, by its modes up to `limit`, Hz.
 pub(super) struct OnPads {
     forms: Forms,
-    pub waves: Vec<Wave>,
+    pub waves: Vec<RailMode>,
     pub list: Vec<waves::Member>,
 }
 
@@ -213,10 +213,10 @@ impl OnPads {
         let forms = Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, period, Some(&pads()), 0.0).unwrap();
         let of = |n| {
             let modes = of_order(&forms, n, 2.0 * PI * limit)?;
-            Ok(Wave::of(&forms, modes, Some((&LineLoad::new(&forms, patch, n, radius), patch))))
+            Ok(RailMode::of(&forms, modes, Some((&LineLoad::new(&forms, patch, n, radius), patch))))
         };
-        let size = |w: &Wave| w.omega.len();
-        let waves: Vec<Wave> = by_orders(1, size, |o| o.into_iter().map(of).collect()).unwrap();
+        let size = |w: &RailMode| w.omega.len();
+        let waves: Vec<RailMode> = by_orders(1, size, |o| o.into_iter().map(of).collect()).unwrap();
         let mut list = Vec::new();
         for (i, w) in waves.iter().enumerate() {
             list.extend((0..size(w)).flat_map(|k| (0..Seen::families(w.order)).map(move |f| (i, k, f))));
@@ -237,9 +237,9 @@ fn the_rail_on_pads_responds_as_a_beam() {
     let (period, patch) = (14.0, Patch { radius: 5e-3 });
     let rail = OnPads::new(period, 3500.0, patch);
     let OnPads { waves, list, .. } = &rail;
-    let numbers: Vec<f64> = waves.iter().rev().flat_map(Wave::to_numbers).collect();
-    assert_eq!(&Wave::from_numbers(&numbers).unwrap(), waves);
-    assert!(Wave::from_numbers(&numbers[1..]).is_err());
+    let numbers: Vec<f64> = waves.iter().rev().flat_map(RailMode::to_numbers).collect();
+    assert_eq!(&RailMode::from_numbers(&numbers).unwrap(), waves);
+    assert!(RailMode::from_numbers(&numbers[1..]).is_err());
     let ends = Ends { period, length: 5.0, damping: 6000.0, along: 0.0 };
     let (plain, whole) = (rail.damped(None), rail.damped(Some(ends)));
     // Damping takes energy from every motion.

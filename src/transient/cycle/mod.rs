@@ -6,23 +6,23 @@
 //! measured on a motion that has been left to itself (`alone`), after its return to a section has been looked at
 //! (`section`; H. Poincaré; see A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, 1995).
 //!
-//! One rule gives the verdict (`Fate::of`): a motion that has stopped changing is a cycle if it comes back to the
+//! One rule gives the verdict (`CycleOutcome::of`): a motion that has stopped changing is a cycle if it comes back to the
 //! section, otherwise irregular; one that still changes is unsettled. A beat that shrinks is a change, so it is
 //! followed until it is gone or the time is over.
 
-mod alone;
-mod record;
+mod amplitude_continuation;
+mod periodicity;
 mod section;
-mod trail;
+mod settling;
 
-pub use record::{Record, Returns};
+pub use periodicity::{Record, Returns};
 
 use super::stepper::{State, Stepper};
 use crate::Result;
-use alone::{Alone, Known, LOOKS};
+use amplitude_continuation::{Next, Seen, Trail};
 use faer::Mat;
 use section::{Measures, Section};
-use trail::{Next, Seen, Trail};
+use settling::{Alone, Known, LOOKS};
 
 /// Periods of a window over which amplitudes are averaged.
 const WINDOW: f64 = 16.0;
@@ -56,12 +56,12 @@ pub struct Settings {
     /// Velocities that are told, as rows over the modal ones, `[r, m]`.
     pub watch: Mat<f64>,
     /// Values recorded for its sound.
-    pub heard: Option<Heard>,
+    pub heard: Option<AmplitudeRecord>,
 }
 
 /// Modal displacements that are kept of a motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Heard {
+pub struct AmplitudeRecord {
     /// Steps between two of them.
     pub stride: usize,
     /// They are measured over at least this time, s.
@@ -70,7 +70,7 @@ pub struct Heard {
 
 /// Outcome of a motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fate {
+pub enum CycleOutcome {
     /// It has died out.
     Rest,
     /// It repeats itself.
@@ -81,7 +81,7 @@ pub enum Fate {
     Unsettled,
 }
 
-impl Fate {
+impl CycleOutcome {
     /// Verdict on a motion that goes on: `stays` is true if it has stopped changing.
     fn of(stays: bool, returns: &Returns) -> Self {
         match (stays, returns.crossings > 0) {
@@ -96,7 +96,7 @@ impl Fate {
 #[derive(Debug, Clone)]
 pub struct Followed {
     /// Outcome of the motion.
-    pub fate: Fate,
+    pub fate: CycleOutcome,
     /// How it repeats itself, and what it is made of; none of what rests.
     pub motion: Option<(Returns, Record)>,
     /// Rate at which small deviations of the amplitude go back, 1/s; NaN where it was not found.
@@ -129,7 +129,13 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> R
         };
         let small = seen.linear && settings.stable || seen.level < settings.floor.ln();
         if seen.rate < 0.0 && small {
-            return Ok(Followed { fate: Fate::Rest, motion: None, back, time: walk.time(), state: rest.clone() });
+            return Ok(Followed {
+                fate: CycleOutcome::Rest,
+                motion: None,
+                back,
+                time: walk.time(),
+                state: rest.clone(),
+            });
         }
         let Some(own) = &mut alone else {
             match trail.next(seen) {
@@ -152,7 +158,7 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> R
                 let settled = (level.ln() - seen.level).abs() <= settings.settled;
                 if settled && returns.crossings > 0 {
                     let (motion, state) = (Some((returns, record)), walk.stepper.state().clone());
-                    return Ok(Followed { fate: Fate::Cycle, motion, back, time: walk.time(), state });
+                    return Ok(Followed { fate: CycleOutcome::Cycle, motion, back, time: walk.time(), state });
                 }
                 // What was brought in on the way may have to decay.
                 stays = settled && own.keeps_its_spread();
@@ -161,7 +167,7 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> R
     }
     let stays = stays || alone.is_some_and(|own| own.is_stationary());
     let returns = walk.returns()?;
-    let fate = Fate::of(stays, &returns);
+    let fate = CycleOutcome::of(stays, &returns);
     let period = if returns.period > 0.0 { returns.period } else { settings.period };
     let (record, _) = walk.record(period)?;
     let state = walk.stepper.state().clone();
@@ -236,7 +242,7 @@ impl Walk<'_, '_, '_> {
         let (mut weights, mut along, mut all, mut linear) = (0.0, 0.0, 0.0, true);
         for step in 0..steps {
             self.step()?;
-            let weight = record::hann(step, steps);
+            let weight = periodicity::hann(step, steps);
             let report = self.stepper.report();
             linear &= [report.closed, report.stick] == self.settings.nodes;
             let v = &self.stepper.state().v;

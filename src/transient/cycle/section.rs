@@ -143,10 +143,10 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::alone::{Alone, Known};
-    use super::super::record::{hann, PERIODIC};
-    use super::super::trail::Seen;
-    use super::super::{Fate, Returns};
+    use super::super::amplitude_continuation::Seen;
+    use super::super::periodicity::{hann, PERIODIC};
+    use super::super::settling::{Alone, Known};
+    use super::super::{CycleOutcome, Returns};
     use super::*;
     use std::f64::consts::PI;
 
@@ -154,7 +154,7 @@ mod tests {
     const STEPS: usize = 60;
 
     /// Verdict on an oscillation of the period 1 whose amplitude over time is `amplitude`, and the looks that it took.
-    fn verdict(mut amplitude: impl FnMut(f64) -> f64) -> (Fate, usize) {
+    fn verdict(mut amplitude: impl FnMut(f64) -> f64) -> (CycleOutcome, usize) {
         let (mut section, mut alone, mut step) = (Section::default(), Alone::default(), 0);
         let h = 1.0 / STEPS as f64;
         let mut at = |step: usize| {
@@ -192,22 +192,22 @@ mod tests {
             };
             if stays {
                 let returns = Returns { period: 1.0, crossings: usize::from(repeats), apart: section.spread() };
-                return (Fate::of(true, &returns), look);
+                return (CycleOutcome::of(true, &returns), look);
             }
         }
-        (Fate::Unsettled, 200)
+        (CycleOutcome::Unsettled, 200)
     }
 
     /// The beat of two waves 1.6 % apart dies out over a hundred looks, or stays; a chaotic one stays, too.
     #[test]
     fn beats_that_die_out_leave_a_cycle_and_others_do_not() {
         let (fate, looks) = verdict(|t| 1.0 + 0.1 * (-1.5e-3 * t).exp() * (0.1 * t).cos());
-        assert!(fate == Fate::Cycle && looks > 40, "{fate:?} {looks}");
+        assert!(fate == CycleOutcome::Cycle && looks > 40, "{fate:?} {looks}");
         let (fate, looks) = verdict(|t| 1.0 + 0.1 * (0.1 * t).cos());
-        assert!(fate == Fate::Irregular && looks < 24, "{fate:?} {looks}");
+        assert!(fate == CycleOutcome::Irregular && looks < 24, "{fate:?} {looks}");
         // A beat so slow that states one period apart are close to each other: 8e-4 of the amplitude.
         let (fate, looks) = verdict(|t| 1.0 + 0.1 * (8e-3 * t).cos());
-        assert!(fate == Fate::Irregular && looks < 60, "{fate:?} {looks}");
+        assert!(fate == CycleOutcome::Irregular && looks < 60, "{fate:?} {looks}");
         // The logistic map, of which every period but no stable one is there.
         let (mut x, mut last) = (0.3, 0);
         let (fate, looks) = verdict(move |t| {
@@ -218,13 +218,13 @@ mod tests {
             }
             1.0 + 0.2 * x
         });
-        assert!(fate == Fate::Irregular && looks < 40, "{fate:?} {looks}");
+        assert!(fate == CycleOutcome::Irregular && looks < 40, "{fate:?} {looks}");
     }
 
     /// Amplitudes that alternate: a period of two crossings, found at once.
     #[test]
     fn a_doubled_period_is_one_of_two_crossings() {
         let (fate, looks) = verdict(|t| if (t + 0.5).floor() as i64 % 2 == 0 { 1.0 } else { 1.1 });
-        assert!(fate == Fate::Cycle && looks == 4, "{fate:?} {looks}");
+        assert!(fate == CycleOutcome::Cycle && looks == 4, "{fate:?} {looks}");
     }
 }

@@ -6,7 +6,7 @@ use crate::contact::{Creepage, NormalLoad};
 use crate::friction::{Exponential, FrictionLaw};
 use crate::grid::Interface;
 use crate::model::ModalMatrix;
-use crate::transient::{ContactSolver, Drive, Model, Scheme, Settings as Steps};
+use crate::transient::{ContactSolver, Loading, Model, Scheme, Settings as Steps};
 use std::f64::consts::PI;
 
 const OMEGA: f64 = 2.0 * PI * 100.0;
@@ -79,7 +79,7 @@ fn beside(v: f64, other: Option<[f64; 2]>, start: impl FnOnce(State) -> State) -
         friction,
         solver: ContactSolver::Newton,
         tolerance: 1e-12,
-        drive: Drive::constant(NormalLoad::Approach(LOAD * SOFT), creepage, v),
+        drive: Loading::constant(NormalLoad::Approach(LOAD * SOFT), creepage, v),
     };
     let rest = State::at_rest(&model, &[-mu * LOAD, 0.0, LOAD], LOAD * SOFT).remembering(&[mu]);
     let mut stepper = Stepper::new(model, settings, start(rest.clone())).unwrap();
@@ -116,7 +116,7 @@ fn beside_a_stable_rest_large_motions_stick_and_stay() {
     let a = threshold(v);
     assert!(growth(v, 1e-6) < 0.0 && growth(v, v) > 0.0 && a < 0.8 * v, "{a}");
     let (below, above) = (fate(v, 0.9 * a), fate(v, 1.1 * a));
-    assert_eq!((below.fate, above.fate), (Fate::Rest, Fate::Cycle));
+    assert_eq!((below.fate, above.fate), (CycleOutcome::Rest, CycleOutcome::Cycle));
     let (returns, record) = above.motion.unwrap();
     // It moves with the belt for a while: its velocity is that of the belt at most.
     assert!(record.stick[0] > 0.005 && record.stick[1] == 1.0, "{:?}", record.stick);
@@ -137,7 +137,7 @@ fn the_way_to_a_cycle_does_not_matter() {
     assert!(growth(v, 1e-9) > 1.0);
     let kinetic = |a: f64| {
         let found = fate(v, a);
-        assert_eq!(found.fate, Fate::Cycle, "from {a}");
+        assert_eq!(found.fate, CycleOutcome::Cycle, "from {a}");
         found.motion.unwrap().1.kinetic
     };
     let (small, large) = (kinetic(1e-4), kinetic(3.0 * v));
@@ -160,10 +160,10 @@ fn a_beat_that_dies_out_leaves_a_cycle_and_one_that_stays_is_irregular() {
     let alone = fate(v, v).motion.unwrap().1;
     let (dying, lasting) = (ringing(1.0), ringing(0.0));
     let (returns, record) = dying.motion.unwrap();
-    assert_eq!((dying.fate, returns.crossings), (Fate::Cycle, 1), "{returns:?}");
+    assert_eq!((dying.fate, returns.crossings), (CycleOutcome::Cycle, 1), "{returns:?}");
     assert!((record.kinetic / alone.kinetic - 1.0).abs() < 4e-3, "{} J, {} J", record.kinetic, alone.kinetic);
     let (returns, _) = lasting.motion.unwrap();
-    assert_eq!((lasting.fate, returns.crossings), (Fate::Irregular, 0), "{returns:?}");
+    assert_eq!((lasting.fate, returns.crossings), (CycleOutcome::Irregular, 0), "{returns:?}");
     assert!(returns.apart > 0.2 && lasting.time < 0.5 * dying.time + 20.0, "{returns:?} {} s", lasting.time);
 }
 
@@ -172,7 +172,7 @@ fn a_beat_that_dies_out_leaves_a_cycle_and_one_that_stays_is_irregular() {
 fn beyond_the_fold_every_motion_dies_out() {
     let v = 0.8;
     assert!(growth(v, v) < 0.0);
-    assert_eq!(fate(v, 1.5 * v).fate, Fate::Rest);
+    assert_eq!(fate(v, 1.5 * v).fate, CycleOutcome::Rest);
 }
 
 /// Largest velocity of the belt, m/s, at which the mass goes on coming back to the velocity of the belt, slip by
@@ -225,7 +225,7 @@ fn squeal_ends_and_begins_at_different_velocities() {
     assert!(growth(0.999 * onset, 1e-6) > 0.0 && growth(1.001 * onset, 1e-6) < 0.0);
     assert!(fold > 1.1 * onset, "fold at {fold} m/s, onset at {onset} m/s");
     let step = 0.005;
-    let along = |from: f64, step: f64, first: Fate, start: f64| {
+    let along = |from: f64, step: f64, first: CycleOutcome, start: f64| {
         let (mut v, mut last) = (from, None);
         for _ in 0..200 {
             let (found, state) = followed(v, |mut rest| {
@@ -236,13 +236,13 @@ fn squeal_ends_and_begins_at_different_velocities() {
             if found.fate != first {
                 return [v - step, v];
             }
-            last = (first == Fate::Cycle).then_some(state);
+            last = (first == CycleOutcome::Cycle).then_some(state);
             v += step;
         }
         panic!("nothing changes up to {v} m/s");
     };
-    let up = along(0.9 * fold, step, Fate::Cycle, 1.5 * fold);
-    let down = along(1.06 * onset, -step, Fate::Rest, 1e-4);
+    let up = along(0.9 * fold, step, CycleOutcome::Cycle, 1.5 * fold);
+    let down = along(1.06 * onset, -step, CycleOutcome::Rest, 1e-4);
     // Half a hundredth: what memory and compliance of the contact take.
     assert!(
         up[0] < 1.005 * fold && up[1] > 0.995 * fold,

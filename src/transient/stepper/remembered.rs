@@ -1,6 +1,6 @@
 //! The coefficient of friction that the material at the nodes remembers, from step to step.
 
-use super::super::foot::Foot;
+use super::super::departure_point::DeparturePoint;
 use super::super::problem::StepSolution;
 use super::Stepper;
 use crate::contact::law::{size, Status};
@@ -16,17 +16,17 @@ impl Stepper<'_> {
             return Vec::new();
         }
         let (x, step, speed) = (&self.model.interface.x, self.settings.scheme.step, self.settings.drive.speed);
-        let of = |(&i, &(line, foot)): (&usize, &(usize, Foot))| {
+        let of = |(&i, &(line, foot)): (&usize, &(usize, DeparturePoint))| {
             let came = |upstream: f64| Remembered { own: upstream, upstream, step, passage: step };
             match foot {
-                Foot::Node(at) if line + at == i => {
+                DeparturePoint::Node(at) if line + at == i => {
                     Remembered { own: mu[i], upstream: mu[i], step, passage: f64::INFINITY }
                 }
-                Foot::Node(at) => came(mu[line + at]),
-                Foot::Between { left, .. } if line + left + 1 == i => {
+                DeparturePoint::Node(at) => came(mu[line + at]),
+                DeparturePoint::Between { left, .. } if line + left + 1 == i => {
                     Remembered { own: mu[i], upstream: mu[i - 1], step, passage: (x[left + 1] - x[left]) / speed }
                 }
-                Foot::Between { left, travel } => {
+                DeparturePoint::Between { left, travel } => {
                     let way = travel / (x[left + 1] - x[left]);
                     came((1.0 - way) * mu[line + left + 1] + way * mu[line + left])
                 }

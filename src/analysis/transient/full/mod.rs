@@ -4,18 +4,18 @@
 //! No residual compliance is left here, the nodes of the surface have mass, and the normal law is one of velocities
 //! ([`Impact::Rigid`](crate::transient::model::Impact)).
 
-mod pair;
+mod root_driver;
 mod start;
 
-use super::course::{Course, Done};
 use super::points::Located;
 use super::sound::Sound;
+use super::time_loop::{Done, TimeLoop};
 use super::Inputs;
 use crate::analysis::run::Run;
-use crate::analysis::steps::Needs;
-use crate::body::moving::{Energies, March, Moving};
-use crate::case::rolling::Rolling;
+use crate::analysis::steps::Requirements;
+use crate::body::full_order_integrator::{Energies, FullOrderIntegrator, StepMatrices};
 use crate::case::roughness;
+use crate::case::transient_problem::TransientProblem;
 use crate::job::{self, Compliance, Job, Quadrature};
 use crate::model::{combined_compliance, ModalMatrix};
 use crate::output::datasets::checkpoint;
@@ -24,7 +24,7 @@ use crate::output::Table;
 use crate::transient::{Model, Stepper};
 use crate::{Error, Result};
 use faer::Mat;
-use pair::{Half, Leader, Led, Pair};
+use root_driver::{DrivenByRoot, Pair, RootDriver, RootHalf};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -66,9 +66,9 @@ fn watches_modes(wanted: &job::Transient) -> bool {
 
 /// Requirements of a full transient on the bodies: their matrices, the shapes of the modes whose amplitudes are
 /// written, and at its start what it is moved along.
-pub(super) fn needs(wanted: &job::Transient, resume: bool) -> Needs {
+pub(super) fn needs(wanted: &job::Transient, resume: bool) -> Requirements {
     let moved = wanted.start.mode.is_some() || wanted.start.random.is_some();
-    Needs { solvers: true, shapes: watches_modes(wanted) || (moved && !resume) }
+    Requirements { solvers: true, shapes: watches_modes(wanted) || (moved && !resume) }
 }
 
 /// Refuses what needs shapes of modes, where there are none.
@@ -103,14 +103,14 @@ pub(super) fn run(
 ) -> Result<Option<Done>> {
     let (world, wanted) = (run.world(), inputs.wanted);
     run.progress.stage("factorisation of the steps");
-    let mut halves: Vec<Half> = Vec::new();
+    let mut halves: Vec<RootHalf> = Vec::new();
     for (place, (name, body)) in inputs.bodies.places.iter().zip(inputs.job.bodies()) {
         let missing = || Error::Defect(format!("bodies.{name} has no matrices"));
         let system = inputs.bodies.unique.get(place.body).and_then(|b| b.full_system()).ok_or_else(missing)?;
         let job::Damping { alpha, beta, .. } = body.damping;
-        let march = March { step: wanted.step, theta: wanted.theta, alpha, beta };
+        let march = StepMatrices { step: wanted.step, theta: wanted.theta, alpha, beta };
         let twin = halves.iter().zip(&inputs.bodies.places).find(|(_, p)| p.body == place.body);
-        let moving = Moving::new(world, system, march, twin.map(|(half, _)| &half.moving))?;
+        let moving = FullOrderIntegrator::new(world, system, march, twin.map(|(half, _)| &half.moving))?;
         let s = moving.statistics();
         run.summary.value(
             &format!("factor of the steps of {name}"),
@@ -125,7 +125,7 @@ pub(super) fn run(
             true => &inputs.bodies.shapes_of(place.body)?.vectors[..],
             false => &[],
         };
-        halves.push(Half { moving, side: place.side, fields, ranges, modes });
+        halves.push(RootHalf { moving, side: place.side, fields, ranges, modes });
     }
     let blocks = halves.iter().map(|half| half.moving.influence()).collect::<Result<Vec<_>>>()?;
     let influence = world.on_root(|| match &blocks[..] {
@@ -137,7 +137,7 @@ pub(super) fn run(
     let model = inputs.model.on_root().map(|root| (&root.interface, &root.pair));
     let ready = world.on_root(|| {
         let model = model.ok_or_else(|| Error::Defect("no reduced model on rank 0".into()))?;
-        let rolling = Rolling { job: inputs.job, wanted, contact: inputs.contact, model };
+        let rolling = TransientProblem { job: inputs.job, wanted, contact: inputs.contact, model };
         let ready = rolling.ready()?;
         let reduced = ready.model(model.1);
         let identity = checkpoint::identity(&reduced);
@@ -165,7 +165,7 @@ pub(super) fn run(
         pair.serve();
         return world.agree(Ok(None));
     };
-    let leader = Rc::new(RefCell::new(Leader::new(pair, influence, wanted.theta * wanted.step, energies)));
+    let leader = Rc::new(RefCell::new(RootDriver::new(pair, influence, wanted.theta * wanted.step, energies)));
     let go = || -> Result<Done> {
         let (rows, m) = (3 * interface.len(), q.len());
         let residual = Mat::<f64>::zeros(rows, rows);
@@ -184,14 +184,14 @@ pub(super) fn run(
         let identity = roughness::identity(identity, surface.as_ref());
         let mut state = begun.state.unwrap_or(rest);
         (state.q, state.v) = (q, v);
-        let stepper = Stepper::over(model, settings, state, Box::new(Led(Rc::clone(&leader))))?;
+        let stepper = Stepper::over(model, settings, state, Box::new(DrivenByRoot(Rc::clone(&leader))))?;
         let stepper = match surface {
             Some(surface) => stepper.rough(surface),
             None => stepper,
         };
         let more = || Ok(start::tables(&leader.borrow()));
         let elsewhere = || leader.borrow().heed();
-        let course = Course { inputs, points, sound, identity, more: &more, elsewhere: &elsewhere };
+        let course = TimeLoop { inputs, points, sound, identity, more: &more, elsewhere: &elsewhere };
         course.go(stepper, begun.identity.as_deref(), keep, run.progress)
     };
     let done = go();

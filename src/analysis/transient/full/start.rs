@@ -1,11 +1,11 @@
 //! The state that a run on all degrees of freedom begins with, and how it is kept.
 
 use super::super::Inputs;
-use super::pair::{Half, Leader};
+use super::root_driver::{RootDriver, RootHalf};
 use crate::analysis::complex_modes::recovered;
 use crate::analysis::full_stability::Beside;
 use crate::body::Side;
-use crate::case::rolling::scale;
+use crate::case::transient_problem::scale;
 use crate::output::datasets::checkpoint::Checkpoint;
 use crate::output::Table;
 use crate::parallel::World;
@@ -128,7 +128,7 @@ fn nowhere() -> State {
 }
 
 /// Collective: where the last segment ends.
-pub(super) fn resumed(world: &World, inputs: &Inputs<'_>, halves: &[Half<'_>]) -> Result<Begun> {
+pub(super) fn resumed(world: &World, inputs: &Inputs<'_>, halves: &[RootHalf<'_>]) -> Result<Begun> {
     let found = world.on_root(|| {
         let segments = inputs.segments()?;
         let entries = segments.entries();
@@ -174,7 +174,7 @@ pub(super) fn resumed(world: &World, inputs: &Inputs<'_>, halves: &[Half<'_>]) -
 }
 
 /// The state of all degrees of freedom as tables of a segment.
-pub(super) fn tables(leader: &Leader<'_>) -> Vec<Table> {
+pub(super) fn tables(leader: &RootDriver<'_>) -> Vec<Table> {
     let mut tables = Vec::new();
     for ((whole, side), ranges) in leader.save().into_iter().zip(Side::BOTH).zip(leader.ranges()) {
         let group = format!("{GROUP}/{}", side.name());

@@ -4,9 +4,9 @@ use super::*;
 use crate::body::ReducedBody;
 use crate::friction::FrictionLaw;
 use crate::grid::Interface;
-use crate::model::ModalPair;
+use crate::model::CoupledModel;
 use crate::output::{Reader, Segments};
-use crate::transient::drive::{Drive, History, Normal, Tangential};
+use crate::transient::loading::{History, Loading, Normal, Tangential};
 use crate::transient::stepper::Fields;
 use crate::transient::Model;
 use crate::transient::{ContactSolver, Scheme, Settings, State};
@@ -32,7 +32,7 @@ fn model() -> ReducedModel {
         ReducedBody::new(omega, vec![3.0; m], modes, compliance)
     };
     let bodies = vec![body(vec![150.0, 400.0], 0), body(vec![230.0], 2)];
-    let pair = ModalPair::new(&bodies[0], &bodies[1]).expect("a pair");
+    let pair = CoupledModel::new(&bodies[0], &bodies[1]).expect("a pair");
     ReducedModel {
         interface,
         bodies,
@@ -73,7 +73,7 @@ fn datasets_hold_what_their_names_say_at_the_times_they_should() {
         friction: FrictionLaw::Constant(0.3),
         solver: ContactSolver::Newton,
         tolerance: 1e-11,
-        drive: Drive {
+        drive: Loading {
             normal: Normal::Approach(approach),
             tangential: [0.05, -0.11].map(|c| Tangential::Creep(History::constant(c))),
             spin: History::constant(0.4),

@@ -2,7 +2,7 @@ use super::*;
 use crate::fem::Material;
 use crate::rails::R60E1;
 use crate::sound::Radiation;
-use crate::swept::infinite::Making;
+use crate::swept::infinite::InfiniteRailSpec;
 use crate::swept::{BuiltRail, Element, Layer, Patch, Section, SectionCell, Sleeper, Track};
 use faer::linalg::solvers::Solve;
 use std::collections::BTreeMap;
@@ -49,7 +49,7 @@ fn complete<'a>(rail: &'a Infinite, bands: &Bands) -> Radiators<'a> {
 #[test]
 fn a_round_bar_radiates_as_a_beam_of_moving_cylinders() {
     let (radius, loss) = (0.01, 0.05);
-    let making = Making {
+    let making = InfiniteRailSpec {
         section: round(radius),
         material: STEEL,
         track: None,
@@ -102,7 +102,7 @@ fn rail(reach: f64) -> Infinite {
     let section = BuiltRail::new(&R60E1, 0.01).expect("rail");
     let pad = Layer::with_loss([300e6, 40e6, 40e6].map(|s| s / 0.6), 0.2, 60.0);
     let ballast = Layer::with_loss([100e6, 70e6, 70e6].map(|s| s / 0.6), 1.0, 250.0);
-    let making = Making {
+    let making = InfiniteRailSpec {
         section: section.for_modes().expect("section"),
         material: STEEL,
         track: Some(Track { pad, sleeper: Some(Sleeper { mass: 250.0, ballast }) }),
@@ -250,7 +250,7 @@ fn sections_that_deform_are_heard_above_a_kilohertz() {
 
 #[test]
 fn a_rail_without_damping_is_refused() {
-    let making = Making {
+    let making = InfiniteRailSpec {
         section: round(0.01),
         material: STEEL,
         track: None,

@@ -1,0 +1,93 @@
+//! Stability problem: the state of a job's contact, linearised, and the eigenvalues there.
+
+use super::interface::{at_rest, given_forces, steady_sliding};
+use super::well_posed;
+use crate::contact::points::linearised;
+use crate::contact::LinearContact;
+use crate::friction::FrictionLaw;
+use crate::grid::Interface;
+use crate::job::{self, Direction, Job, StabilityState};
+use crate::model::CoupledModel;
+use crate::stability::reduced::sharpness;
+use crate::stability::{eigenvalues, spectrum, Equilibrium, Spectrum};
+use crate::{Error, Result};
+
+/// Result of rank 0 on the reduced model.
+pub(crate) struct StabilityResult {
+    /// The state; none where the forces of points are given.
+    pub(crate) state: Option<Equilibrium>,
+    pub(crate) contact: LinearContact,
+    pub(crate) spectrum: Spectrum,
+}
+
+/// Stability problem, on rank 0.
+#[derive(Clone, Copy)]
+pub(crate) struct StabilityProblem<'a> {
+    pub(crate) job: &'a Job,
+    pub(crate) stability: &'a job::Stability,
+    pub(crate) contact: &'a job::Contact,
+    pub(crate) model: (&'a Interface, &'a CoupledModel),
+}
+
+type StabilityRequest = fn(&job::Stability, &CoupledModel, &LinearContact) -> Result<Spectrum>;
+
+impl StabilityProblem<'_> {
+    /// The state and the eigenvalues about it.
+    pub(crate) fn analyse(&self) -> Result<StabilityResult> {
+        self.with(spectrum)
+    }
+
+    /// The state and the eigenvalues about it, which may be without their motions.
+    pub(crate) fn eigenvalues(&self) -> Result<StabilityResult> {
+        self.with(eigenvalues)
+    }
+
+    fn with(&self, spectrum: StabilityRequest) -> Result<StabilityResult> {
+        let friction = &self.contact.friction;
+        let (state, contact) = self.at_rest()?;
+        well_posed::refuse_short(friction, |law| self.sharpness(law))?;
+        let pair = self.model.1;
+        let spectrum = spectrum(self.stability, pair, &contact)?;
+        Ok(StabilityResult { state, contact, spectrum })
+    }
+
+    /// How near a memory is to being too short for the contact with the friction `law`.
+    pub(crate) fn sharpness(&self, law: &FrictionLaw) -> Result<f64> {
+        let contact = job::Contact { friction: law.clone(), ..self.contact.clone() };
+        sharpness(self.model.1, &StabilityProblem { contact: &contact, ..*self }.at_rest()?.1)
+    }
+
+    /// The state, and its linearisation.
+    pub(crate) fn at_rest(&self) -> Result<(Option<Equilibrium>, LinearContact)> {
+        let contact = self.contact;
+        if let Some(points) = given_forces(contact) {
+            return Ok((None, linearised(&points, &contact.friction)));
+        }
+        // Points slide as they are told to: nothing is deformed upstream of them.
+        let (state, direction) = match self.model.0.are_points() {
+            true => (StabilityState::Sliding, Direction::Rigid),
+            false => (self.stability.state(), self.stability.direction),
+        };
+        let (state, linear): (Equilibrium, LinearContact) = match state {
+            StabilityState::Sliding => {
+                let problem = steady_sliding(self.model, contact, direction)?;
+                let found = problem.solve()?;
+                let linear = problem.contact(&found);
+                (found.into(), linear)
+            }
+            StabilityState::Steady => {
+                let problem = at_rest(self.model, contact, self.job.analyses.steady.as_ref());
+                let found = problem.solve()?;
+                let linear = problem.contact(&found);
+                (found.into(), linear)
+            }
+        };
+        if state.closed() == 0 {
+            return Err(Error::Job(
+                "analyses.stability: the contact is open, so nothing rubs; raise contact.approach or give a normal_load"
+                    .into(),
+            ));
+        }
+        Ok((Some(state), linear))
+    }
+}

@@ -1,0 +1,334 @@
+//! State of a transient before it is disturbed: equilibrium and prescribed quantities.
+
+use super::interface::{self, creepage, given_forces, normal_load, steady_sliding};
+use super::well_posed;
+use crate::contact::consistent::{augmentation, ConsistentSteady};
+use crate::contact::full_sliding::SlidingProblem;
+use crate::contact::law::Augmentation;
+use crate::contact::points::{bear_load, linearised, reactions};
+use crate::contact::{NormalLoad, SteadyProblem};
+use crate::grid::Interface;
+use crate::job::{self, Direction, HeldQuantity, Job, Quadrature, StabilityState, StartState, TransientSolver};
+use crate::model::CoupledModel;
+use crate::stability::reduced::{sharpness, Eigenpair};
+use crate::transient::loading::{History, Loading, Normal, Tangential};
+use crate::transient::{ContactSolver, Model, PointModel, Scheme, Settings, State};
+use crate::{Error, Result};
+use faer::MatRef;
+use num_complex::Complex64;
+
+/// A transient of a job on two bodies and their interface.
+#[derive(Clone, Copy)]
+pub(crate) struct TransientProblem<'a> {
+    pub(crate) job: &'a Job,
+    pub(crate) wanted: &'a job::Transient,
+    pub(crate) contact: &'a job::Contact,
+    pub(crate) model: (&'a Interface, &'a CoupledModel),
+}
+
+/// State known before the first step.
+pub(crate) struct StepperSetUp {
+    interface: Interface,
+    begin: Begin,
+}
+
+/// Rest on a grid or on points.
+enum Begin {
+    Grid(InitialEquilibrium),
+    Points(PointModel),
+}
+
+impl TransientProblem<'_> {
+    /// The state of rest, whose approach is held.
+    pub(crate) fn ready(&self) -> Result<StepperSetUp> {
+        if let Some(points) = at_points(self)? {
+            return Ok(StepperSetUp { interface: self.model.0.clone(), begin: Begin::Points(points) });
+        }
+        let rest = InitialEquilibrium::of(self)?;
+        Ok(StepperSetUp { interface: rest.interface(self.model.0), begin: Begin::Grid(rest) })
+    }
+
+    /// ρ of the laws at points of quadrature, where they hold there: those of the state of rest.
+    pub(crate) fn augmentation(&self) -> Option<Augmentation> {
+        let consistent = self.contact.quadrature == Quadrature::Consistent;
+        consistent.then(|| augmentation(&interface::at_rest(self.model, self.contact, None)))
+    }
+}
+
+impl StepperSetUp {
+    /// The interface of the bodies without load.
+    pub(crate) fn interface(&self) -> &Interface {
+        &self.interface
+    }
+
+    /// The bodies `pair` as the steps take them.
+    pub(crate) fn model<'a>(&'a self, pair: &'a CoupledModel) -> Model<'a> {
+        match &self.begin {
+            Begin::Points(points) => points.model(pair),
+            Begin::Grid(_) => Model::of(pair, &self.interface),
+        }
+    }
+
+    /// The state of rest of `model`, and what does not change in time.
+    pub(crate) fn begin(&self, model: &Model<'_>, rolling: &TransientProblem<'_>) -> Result<(State, Settings)> {
+        let wanted = rolling.wanted;
+        let (rest, approach, deflected) = match &self.begin {
+            Begin::Points(points) => {
+                let (rest, approach) = points.at_rest(model);
+                (rest, approach, [0.0; 2])
+            }
+            Begin::Grid(rest) => (rest.state(model), rest.approach, rest.slopes(rolling.model.0)),
+        };
+        let settings = Settings {
+            scheme: Scheme { step: wanted.step, theta: wanted.theta },
+            friction: rolling.contact.friction.clone(),
+            solver: match wanted.solver {
+                TransientSolver::Newton => ContactSolver::Newton,
+                TransientSolver::FixedPoint => ContactSolver::FixedPoint,
+            },
+            tolerance: wanted.tolerance,
+            drive: drive(wanted, rolling.contact, approach, deflected)?,
+        };
+        Ok((rest, settings))
+    }
+}
+
+/// The state of rest that is wanted: the one that stability is examined about, where the job does not say.
+fn start_state(job: &Job, wanted: &job::Transient) -> StartState {
+    let examined = job.analyses.stability.as_ref().map(job::Stability::state);
+    wanted.start.state.unwrap_or(match examined {
+        Some(StabilityState::Steady) => StartState::Steady,
+        _ => StartState::Sliding,
+    })
+}
+
+/// The state of rest.
+struct InitialEquilibrium {
+    /// Reactions, N, `[3n]`.
+    reaction: Vec<f64>,
+    /// Coefficients of friction, `[n]`.
+    friction: Vec<f64>,
+    /// m.
+    approach: f64,
+    /// Displacements that the placement already includes, m, `[3n]`.
+    deflection: Option<Vec<f64>>,
+}
+
+impl InitialEquilibrium {
+    fn of(rolling: &TransientProblem<'_>) -> Result<Self> {
+        let (reaction, friction, approach) = at_rest(rolling)?;
+        let deflection = rolling.model.1.deflection(&reaction);
+        Ok(Self { reaction, friction, approach, deflection })
+    }
+
+    /// The interface of bodies without load, whose gap becomes that of `placed` ones under it.
+    fn interface(&self, placed: &Interface) -> Interface {
+        match &self.deflection {
+            Some(moved) => placed.with_gap((0..placed.len()).map(|i| placed.gap[i] - moved[3 * i + 2]).collect()),
+            None => placed.clone(),
+        }
+    }
+
+    /// ∂/∂x of the deflection along x and y.
+    fn slopes(&self, interface: &Interface) -> [f64; 2] {
+        let Some(moved) = &self.deflection else { return [0.0; 2] };
+        // The deflection goes with x and y, no higher: any line along x will do.
+        let (nx, x) = (interface.x.len(), &interface.x);
+        let length = x[nx - 1] - x[0];
+        [0, 1].map(|c| (moved[3 * (nx - 1) + c] - moved[c]) / length)
+    }
+
+    fn state(&self, model: &Model<'_>) -> State {
+        State::at_rest(model, &self.reaction, self.approach).remembering(&self.friction)
+    }
+}
+
+/// Reactions, coefficients of friction and approach of the state of rest.
+fn at_rest(rolling: &TransientProblem<'_>) -> Result<(Vec<f64>, Vec<f64>, f64)> {
+    let TransientProblem { job, wanted, contact, model } = *rolling;
+    let (interface, pair) = model;
+    let histories = wanted.histories.clone().unwrap_or_default();
+    // A history says what holds at the start too.
+    let at_start = |table: &Option<Vec<[f64; 2]>>, key: &str| -> Result<Option<f64>> {
+        let Some(points) = table else { return Ok(None) };
+        Ok(Some(History::table(&format!("analyses.transient.histories.{key}"), points, wanted.duration)?.at(0.0)))
+    };
+    let mut creepage = creepage(contact);
+    for (value, given, key) in [
+        (&mut creepage.longitudinal, &histories.longitudinal, "longitudinal"),
+        (&mut creepage.lateral, &histories.lateral, "lateral"),
+        (&mut creepage.spin, &histories.spin, "spin"),
+    ] {
+        if let Some(v) = at_start(given, key)? {
+            *value = v;
+        }
+    }
+    let mut load = normal_load(contact);
+    if let Some(n) = at_start(&histories.normal_load, "normal_load")? {
+        if n == 0.0 {
+            return Err(Error::Job(
+                "analyses.transient.histories.normal_load: begins with 0 N, but the run begins with rolling \
+                 under load; let it \
+                 begin with a load above 0 (a small one, such as 1 N, will do)"
+                    .into(),
+            ));
+        }
+        load = NormalLoad::Force(n);
+    }
+    if let Some(d) = at_start(&histories.approach, "approach")? {
+        load = NormalLoad::Approach(d);
+    }
+    let analyses = &job.analyses;
+    let (pressure, traction, approach, friction) = match start_state(job, wanted) {
+        StartState::Sliding => {
+            let direction = analyses.stability.as_ref().map_or(Direction::Rigid, |s| s.direction);
+            let problem = steady_sliding(model, contact, direction)?;
+            let problem = SlidingProblem { creepage, load, ..problem };
+            well_posed::refuse_short(&contact.friction, |law| well_posed::sliding(&problem, law, pair))?;
+            let found = problem.solve()?;
+            (found.pressure, found.traction, found.approach, found.friction)
+        }
+        StartState::Steady => {
+            let problem = interface::at_rest(model, contact, analyses.steady.as_ref());
+            let problem = SteadyProblem { creepage, load, ..problem };
+            well_posed::refuse_short(&contact.friction, |law| well_posed::rolling(&problem, law, pair))?;
+            let found = match contact.quadrature {
+                Quadrature::Nodal => problem.solve()?,
+                Quadrature::Consistent => ConsistentSteady::new(problem).solve()?.solution,
+            };
+            (found.pressure, found.traction, found.approach, found.friction)
+        }
+    };
+    let reaction: Vec<f64> = (0..interface.len())
+        .flat_map(|i| [traction[i][0], traction[i][1], pressure[i]].map(|v| v * interface.weight[i]))
+        .collect();
+    Ok((reaction, friction, approach))
+}
+
+/// The contact points of the job, under its load or their given forces; none of a job with a grid.
+fn at_points(rolling: &TransientProblem<'_>) -> Result<Option<PointModel>> {
+    let TransientProblem { wanted, contact, model: (s, pair), .. } = *rolling;
+    let span = wanted.theta * wanted.step;
+    let law = &contact.friction;
+    if !s.are_points() {
+        return Ok(None);
+    }
+    if let Some(points) = given_forces(contact) {
+        well_posed::refuse_short(law, |law| sharpness(pair, &linearised(&points, law)))?;
+        let friction = points.iter().map(|p| p.coefficient(law)).collect();
+        return Ok(Some(PointModel::given(pair, s, (reactions(&points, law), friction), span)));
+    }
+    let problem = steady_sliding((s, pair), contact, Direction::Rigid)?;
+    well_posed::refuse_short(law, |law| well_posed::sliding(&problem, law, pair))?;
+    let found = problem.solve()?;
+    let of = |i: usize| [found.traction[i][0], found.traction[i][1], found.pressure[i]];
+    let reaction: Vec<f64> = (0..s.len()).flat_map(of).collect();
+    bear_load(pair, &reaction)?;
+    Ok(Some(PointModel::under_load(pair, s, (reaction, found.friction), found.approach, span)))
+}
+
+/// Prescribed quantities in time; `deflected` are the derivatives along x of a deflection that is part of the
+/// placement: its material passes too.
+pub(crate) fn drive(
+    wanted: &job::Transient,
+    contact: &job::Contact,
+    approach: f64,
+    deflected: [f64; 2],
+) -> Result<Loading> {
+    let histories = wanted.histories.clone().unwrap_or_default();
+    let history = |key: &str, table: &Option<Vec<[f64; 2]>>, constant: f64, factor: f64| -> Result<History> {
+        let Some(points) = table else { return Ok(History::constant(constant * factor)) };
+        let points: Vec<[f64; 2]> = points.iter().map(|p| [p[0], p[1] * factor]).collect();
+        History::table(&format!("analyses.transient.histories.{key}"), &points, wanted.duration)
+    };
+    let load = match (wanted.hold, normal_load(contact)) {
+        (HeldQuantity::Load, NormalLoad::Force(n)) => NormalLoad::Force(n),
+        _ => NormalLoad::Approach(approach),
+    };
+    let normal = match (&histories.normal_load, &histories.approach, load) {
+        (table @ Some(_), _, _) => Normal::Force(history("normal_load", table, 0.0, 1.0)?),
+        (_, table @ Some(_), _) => Normal::Approach(history("approach", table, 0.0, 1.0)?),
+        (_, _, load) => Normal::constant(load),
+    };
+    let v = contact.speed;
+    let c = creepage(contact);
+    Ok(Loading {
+        normal,
+        tangential: [
+            Tangential::Creep(
+                history("longitudinal", &histories.longitudinal, c.longitudinal, v)?.plus(-v * deflected[0]),
+            ),
+            Tangential::Creep(history("lateral", &histories.lateral, c.lateral, v)?.plus(-v * deflected[1])),
+        ],
+        spin: history("spin", &histories.spin, c.spin, v)?,
+        speed: v,
+    })
+}
+
+/// The state moved by a complex mode, whose largest displacement of a contact node is to be `amplitude`, m.
+pub(crate) fn moved(state: State, pair: &CoupledModel, mode: &Eigenpair, amplitude: f64) -> State {
+    let scale = scale(pair, &mode.modal, amplitude);
+    let modal: Vec<Complex64> = mode.modal.iter().map(|z| scale * z).collect();
+    state.perturbed(&modal, mode.value, 1.0)
+}
+
+/// Factor of a complex mode with the amplitudes `modal` of the free modes that makes the largest displacement of a
+/// contact node `amplitude`, m, at this moment: an eigenvector has neither phase nor sign of its own, and those of the
+/// modes come from the solver.
+pub(crate) fn scale(pair: &CoupledModel, modal: &[Complex64], amplitude: f64) -> Complex64 {
+    let largest = largest_displacement(pair.modes.as_ref(), modal);
+    largest.conj() * (amplitude / largest.norm_sqr())
+}
+
+/// Displacements that differ by less than this share are taken for equally large, and the first of them is taken:
+/// nodes beside a plane of symmetry differ by rounding alone.
+const ALIKE: f64 = 1e-6;
+
+/// Largest displacement of a contact node over the period of the motion Ψ z e^{iωt}, in the unit of Ψ z: the square
+/// root of the sum of the squared amplitudes along x, y and n, with the phase of the largest of them. Rows of `psi`
+/// are 3i + c.
+fn largest_displacement(psi: MatRef<'_, f64>, modal: &[Complex64]) -> Complex64 {
+    let component = |row: usize| psi.row(row).iter().zip(modal).map(|(p, z)| z * p).sum::<Complex64>();
+    let node = |i: usize| {
+        let all = [0, 1, 2].map(|c| component(3 * i + c));
+        let size = all.iter().map(|u| u.norm_sqr()).sum::<f64>().sqrt();
+        let first = first_of_largest(&all);
+        if first.norm() > 0.0 {
+            first * (size / first.norm())
+        } else {
+            first
+        }
+    };
+    first_of_largest(&(0..psi.nrows() / 3).map(node).collect::<Vec<Complex64>>())
+}
+
+/// The first of those that are as large as the largest.
+fn first_of_largest(all: &[Complex64]) -> Complex64 {
+    let largest = all.iter().map(|u| u.norm()).fold(0.0, f64::max);
+    all.iter().find(|u| u.norm() >= (1.0 - ALIKE) * largest).copied().unwrap_or_default()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_largest_displacement_counts_all_directions_and_phases() {
+        // Two nodes, two modes: the second node moves by 3i along x and by 4 along n.
+        let psi = faer::Mat::from_fn(6, 2, |row, k| {
+            [[1.0, 0.0], [0.0; 2], [0.0; 2], [0.0, 1.0], [0.0; 2], [2.0, 0.0]][row][k]
+        });
+        let modal = [Complex64::new(2.0, 0.0), Complex64::new(0.0, 3.0)];
+        let found = largest_displacement(psi.as_ref(), &modal);
+        assert!((found.norm() - 5.0).abs() < 1e-15, "{found}");
+    }
+    #[test]
+    fn of_displacements_that_rounding_alone_tells_apart_the_first_counts() {
+        // The ends of a rod that tilts, in both orders of rounding.
+        for error in [-1e-12, 1e-12] {
+            let psi = faer::Mat::from_fn(6, 1, |row, _| [0.0, 0.0, 1.0, 0.0, 0.0, -1.0 - error][row]);
+            let found = largest_displacement(psi.as_ref(), &[Complex64::i()]);
+            assert_eq!(found, Complex64::i());
+        }
+    }
+}

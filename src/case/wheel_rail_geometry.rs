@@ -1,0 +1,499 @@
+//! A wheel on a rail by their profiles, as a job places them: the grid of the contact, the gap, the creepages.
+
+use super::bodies::{material_of, of_elements, Bodies, Place};
+use super::meshes::Meshes;
+use super::positioned_mesh::{standing, PositionedMesh};
+use super::rail;
+use super::surfaces::beside_nodes;
+use crate::body::half_space::{HalfSpace, HalfSpaceBody};
+use crate::body::Side;
+use crate::contact::{Creepage, SPIN_SPACINGS};
+use crate::fem::rotation::Axis;
+use crate::grid::{ContactGrid, Interface, Transfer};
+use crate::job::{self, Job, Load, MeshSource, Profile};
+use crate::output::datasets;
+use crate::output::Table;
+use crate::parallel::World;
+use crate::petsc::session::Petsc;
+use crate::placement::read::{read, ProfileKind, Reading, Vertical};
+use crate::placement::{
+    self, builtin, finer_grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position, Press, Seat,
+};
+use crate::progress::Progress;
+use crate::summary::Summary;
+use crate::{Error, Result};
+
+/// By how much a grid grows whose border the contact may reach, and how often at the most.
+const GROWTH: f64 = 1.3;
+const GROWN: usize = 6;
+/// Radius of a curve for which the summary says what it would change, m.
+const SHARP: f64 = 150.0;
+/// Distance of the places of a line that is drawn, m.
+const DRAWN: f64 = 1e-3;
+
+/// A wheel on its rail at first touch, with all that the contact needs of them.
+pub struct Placed {
+    placed: placement::Placed,
+    frame: Frame,
+    ellipse: Ellipse,
+    creepages: Creepages,
+    gap: Gap,
+    notes: Vec<String>,
+    /// Curvature of the track, 1/m, and yaw of the axle, rad.
+    track: (f64, f64),
+}
+
+impl Placed {
+    /// The wheel of `job` on its rail. For one rank: it reads the files of the profiles.
+    pub fn of(job: &Job) -> Result<Self> {
+        Self::resolve(job).map_err(|e| match unsmoothed(job) {
+            Some(hint) if e.message().starts_with("contact.placement") => e.with(hint),
+            _ => e,
+        })
+    }
+
+    fn resolve(job: &Job) -> Result<Self> {
+        let missing = || Error::Defect("a placement is asked for of a job without one".into());
+        let (Some(contact), Some(given)) = (&job.contact, job.placement()) else { return Err(missing()) };
+        let (lower, upper) =
+            (job.bodies.lower.as_ref().ok_or_else(missing)?, job.bodies.upper.as_ref().ok_or_else(missing)?);
+        let mut notes = Vec::new();
+        let wheel = profile(upper, ProfileKind::Wheel, &mut notes)?;
+        let rail = profile(lower, ProfileKind::Rail, &mut notes)?;
+        let named = |e: Error| e.context("contact.placement");
+        let placed = description(given).place(&wheel, &rail).map_err(named)?;
+        let compliance = |b: &job::Body| -> Result<f64> {
+            Ok(1.0 / HalfSpace { young: b.elastic()?.young, poisson: b.elastic()?.poisson }.plane())
+        };
+        let modulus = 1.0 / (compliance(lower)? + compliance(upper)?);
+        let press = match contact.load() {
+            Load::Normal(force) => Press::Force(force),
+            Load::Approach(approach) => Press::Approach(approach),
+        };
+        let ellipse = placed.ellipse(modulus, press).map_err(named)?;
+        let frame = placed.centred_frame(ellipse.approach).map_err(named)?;
+        let motion = Motion {
+            speed: given.speed.unwrap_or(contact.speed),
+            curvature: given.curvature,
+            angular_speed: given.angular_speed,
+            longitudinal: given.creepage.longitudinal,
+            lateral: given.creepage.lateral,
+            spin: given.creepage.spin,
+        };
+        let creepages = placed.creepages(&frame, &motion).map_err(named)?;
+        let mut extent = placed.extent(&frame, &ellipse).map_err(named)?;
+        let creepage =
+            Creepage { longitudinal: creepages.longitudinal, lateral: creepages.lateral, spin: creepages.spin };
+        let spacings = if creepage.is_ruled_by_spin(ellipse.semi_axes) { SPIN_SPACINGS } else { 0.0 };
+        for _ in 0..GROWN {
+            let [x, y] = finer_grid_lines(extent, spacings);
+            let gap = placed.gap(&frame, &x, &y).map_err(named)?;
+            let beside = overlap(&gap, ellipse.approach);
+            if beside == [false; 2] {
+                let track = (given.curvature, given.yaw);
+                return Ok(Self { placed, frame, ellipse, creepages, gap, notes, track });
+            }
+            extent = [0, 1].map(|c| extent[c] * if beside[c] { GROWTH } else { 1.0 });
+        }
+        Err(Error::Job(format!(
+            "contact.placement: wheel and rail lie near each other over more than {:.1} by {:.1} mm around the \
+             point of contact: found no place where a grid could end, expected a contact of \
+             finite size; move the wheel, or check the profiles",
+            1e3 * extent[0],
+            1e3 * extent[1]
+        )))
+    }
+
+    /// Nodes of the grid.
+    pub fn nodes(&self) -> usize {
+        self.gap.gap.len()
+    }
+
+    /// Longitudinal and lateral creepage, 1, spin, 1/m, and rolling speed, m/s.
+    pub fn motion(&self) -> [f64; 4] {
+        let c = &self.creepages;
+        [c.longitudinal, c.lateral, c.spin, c.speed]
+    }
+
+    /// The grid with the gap.
+    pub fn interface(&self) -> Result<Interface> {
+        Interface::new(self.gap.x.clone(), self.gap.y.clone(), self.gap.gap.clone())
+    }
+
+    /// An error where one of the `closed` nodes lies beyond the end of a profile.
+    pub fn refuse_edge(&self, closed: impl Fn(usize) -> bool) -> Result<()> {
+        self.gap.refuse_edge(closed)
+    }
+
+    /// An error where a section of `job` cannot be touched where the wheel stands.
+    pub fn refuse_sections(&self, job: &Job) -> Result<()> {
+        let [lower, upper] = self.placed.seats(&self.frame)?;
+        let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
+        for (name, body) in job.bodies() {
+            let checked = match &body.mesh {
+                Some(MeshSource::Extruded(rail)) => rail::touched(rail, on_rail(lower, track)),
+                Some(MeshSource::Revolved(_)) => super::swept::touched(body, upper, track),
+                _ => Ok(()),
+            };
+            checked.map_err(|e| e.context(format!("bodies.{name}")))?;
+        }
+        Ok(())
+    }
+
+    /// Lines of the grid along x and y, m.
+    pub(crate) fn grid_lines(&self) -> [&[f64]; 2] {
+        [&self.gap.x, &self.gap.y]
+    }
+
+    /// Position of the contact on the body `name`.
+    pub(crate) fn seat(&self, name: &str) -> Result<Seat> {
+        let seats = self.placed.seats(&self.frame).map_err(|e| e.context("contact.placement"))?;
+        Ok(seats[Side::named(name).unwrap_or(Side::Lower).index()])
+    }
+
+    /// The body `name` of a mesh file where it is touched.
+    pub(crate) fn standing(&self, job: &Job, meshes: &Meshes, name: &str, body: &job::Body) -> Result<PositionedMesh> {
+        let (Some(contact), Some(placement)) = (&job.contact, job.placement()) else {
+            return Err(Error::Defect("a mesh is put on a placement of a job without one".into()));
+        };
+        let seat = self.seat(name)?;
+        let meshed = meshes.of(job, name, body)?;
+        standing(&meshed.mesh, (seat, placement.side), self.grid_lines(), contact.compliance, placement.radius)
+            .map_err(|e| e.context(format!("bodies.{name}.mesh")))
+    }
+
+    /// The grid of the body on a side, which its mesh meets by `transfer`, if it has one.
+    fn grid(&self, side: Side, transfer: Option<Transfer>) -> ContactGrid {
+        // The plane of the contact is where the wheel ends; the rail lies below it by the gap.
+        let height = |gap: &f64| if side == Side::Lower { -gap } else { 0.0 };
+        let z = self.gap.gap.iter().map(height).collect();
+        ContactGrid { x: self.gap.x.clone(), y: self.gap.y.clone(), transfer, z }
+    }
+
+    /// The `contact` of a job with the creepages of this wheel.
+    fn filled(contact: &job::Contact, [longitudinal, lateral, spin, speed]: [f64; 4]) -> job::Contact {
+        let track =
+            contact.placement.as_ref().map(|p| job::Placement { speed: p.speed.or(Some(contact.speed)), ..p.clone() });
+        job::Contact {
+            creepage: job::Creepage { longitudinal, lateral, spin },
+            speed,
+            placement: track,
+            ..contact.clone()
+        }
+    }
+
+    /// Lines of the result, for the summary, one line each.
+    pub fn lines(&self) -> Vec<String> {
+        let touch = self.placed.touch();
+        let c = &self.creepages;
+        let curvatures = self.placed.curvatures();
+        let [a, b] = self.ellipse.semi_axes;
+        let mut lines = vec![
+            format!(
+                "wheel on rail: touch at y = {:.2} mm of the wheel's profile and {:.2} mm of the rail's, \
+                 contact angle {:.2} mrad, rolling radius {:.3} mm",
+                1e3 * touch.wheel,
+                1e3 * touch.rail,
+                1e3 * touch.angle,
+                1e3 * touch.radius
+            ),
+            format!(
+                "curvatures, 1/m: wheel {:.4} along and {:.4} across, rail {:.4} across; Hertz: {:.2} by {:.2} \
+                 mm, {:.0} MPa, approach {:.2} µm",
+                curvatures.wheel_rolling,
+                curvatures.wheel_across,
+                curvatures.rail_across,
+                1e3 * a,
+                1e3 * b,
+                1e-6 * self.ellipse.pressure,
+                1e6 * self.ellipse.approach
+            ),
+            format!(
+                "creepages of rail over wheel: longitudinal {:.6}, lateral {:.6}, spin {:.5} 1/m at {:.4} m/s; \
+                 frame tilted by {:.2} mrad, grid of {} x {} nodes",
+                c.longitudinal,
+                c.lateral,
+                c.spin,
+                c.speed,
+                1e3 * self.frame.angle(),
+                self.gap.x.len(),
+                self.gap.y.len()
+            ),
+        ];
+        lines.extend(self.straight());
+        lines.extend(self.notes.iter().cloned());
+        lines
+    }
+
+    /// Change that a curve would make in the creepages of a wheel on straight track, in words.
+    fn straight(&self) -> Option<String> {
+        let (curvature, yaw) = self.track;
+        let across = self.frame.origin()[1];
+        // ξ has −y/R, and a sharp curve is where an angle of attack of this size comes from.
+        let (at, change) = (SHARP, across.abs() / SHARP);
+        (curvature == 0.0 && yaw != 0.0).then(|| {
+            format!(
+                "these creepages are those of straight track at this yaw: in a curve of {at} m the longitudinal \
+                 creepage of an inner wheel at this angular \
+                 speed is {change:.4} less, of an outer one as much more, and free rolling of the axle takes \
+                 part of it back (curve and vehicle in the job)"
+            )
+        })
+    }
+
+    /// Properties that make results doubtful.
+    pub fn warnings(&self) -> Vec<String> {
+        let others = self.placed.others(self.ellipse.approach).unwrap_or_default();
+        let second = others.into_iter().filter(|t| t.separate);
+        second
+            .map(|t| {
+                let place = format!(
+                    "wheel and rail have a second contact at y = {:.2} mm of the wheel's \
+                 profile",
+                    1e3 * t.wheel
+                );
+                match t.gap < 0.0 {
+                    true => format!("{place}, which carries load beside this one and is left out"),
+                    false => format!(
+                        "{place}, {:.1} µm open at first touch, within the approach of {:.1} µm: it would take \
+                         a part of the load, and is left out",
+                        1e6 * t.gap,
+                        1e6 * self.ellipse.approach
+                    ),
+                }
+            })
+            .collect()
+    }
+
+    /// The group `/placement`.
+    fn tables(&self) -> Vec<Table> {
+        let touch = self.placed.touch();
+        let c = &self.creepages;
+        datasets::placement::tables(&datasets::placement::PlacementResult {
+            touch: [touch.wheel, touch.rail],
+            origin: self.frame.origin(),
+            angles: [touch.angle, self.frame.angle()],
+            radius: touch.radius,
+            curvatures: self.placed.curvatures().relative,
+            semi_axes: self.ellipse.semi_axes,
+            creepages: [c.longitudinal, c.lateral, c.spin],
+            speed: c.speed,
+            lines: [self.placed.rail_line(DRAWN), self.placed.wheel_line(DRAWN)],
+        })
+    }
+}
+
+/// Returns whether undeformed bodies that have approached each other by `approach` (m) overlap on the border of the
+/// grid, where x ends and where y ends: the contact is smaller than the overlap.
+fn overlap(gap: &Gap, approach: f64) -> [bool; 2] {
+    let (nx, ny) = (gap.x.len(), gap.y.len());
+    let closed = |ix: usize, iy: usize| gap.gap[ix + nx * iy] < approach;
+    [(0..ny).any(|iy| closed(0, iy) || closed(nx - 1, iy)), (0..nx).any(|ix| closed(ix, 0) || closed(ix, ny - 1))]
+}
+
+/// Advice where measured profiles that are not smoothed do not touch as profiles do.
+fn unsmoothed(job: &Job) -> Option<String> {
+    let bodies = job.bodies();
+    let raw = bodies.iter().find_map(|(name, body)| match &body.profile {
+        Some(Profile::File(file)) if file.smoothing == 0.0 => Some((name, file)),
+        _ => None,
+    });
+    raw.map(|(name, file)| {
+        format!(
+            "{} is taken without smoothing: noise of a measurement makes curvatures of its own. Give \
+             bodies.{name}.profile.file.smoothing, 0.003 to 0.01 m, if it was measured",
+            file.path.display()
+        )
+    })
+}
+
+/// Smoothing that shows whether noise rules the contact of profiles that are not smoothed, m; and the part by which
+/// Hertz' pressure may differ with it.
+const SMOOTHED: f64 = 0.005;
+const NOISY: f64 = 0.25;
+
+/// Warning of measured profiles that are not smoothed, where the contact depends on it.
+pub(super) fn noise(job: &Job, placed: &Placed) -> Option<String> {
+    let hint = unsmoothed(job)?;
+    let mut job = job.clone();
+    for body in [&mut job.bodies.lower, &mut job.bodies.upper].into_iter().flatten() {
+        match &mut body.profile {
+            Some(Profile::File(file)) if file.smoothing == 0.0 => file.smoothing = SMOOTHED,
+            _ => {}
+        }
+    }
+    let smoothed = Placed::resolve(&job).ok()?.ellipse.pressure;
+    let pressure = placed.ellipse.pressure;
+    ((pressure / smoothed).ln().abs() > NOISY).then(|| {
+        format!(
+            "{hint}. Hertz' pressure is {:.0} MPa as it is, and {:.0} MPa with {SMOOTHED} m",
+            1e-6 * pressure,
+            1e-6 * smoothed
+        )
+    })
+}
+
+/// Young's modulus, Pa, and Poisson's ratio of a body.
+pub(super) fn material(body: &job::Body) -> Result<(f64, f64)> {
+    let m = body.elastic()?;
+    Ok((m.young, m.poisson))
+}
+
+/// The profile of a body, and what was done to it.
+pub(super) fn profile(body: &job::Body, kind: ProfileKind, notes: &mut Vec<String>) -> Result<placement::Profile> {
+    match &body.profile {
+        Some(Profile::S1002) => builtin::s1002(),
+        Some(Profile::Uic60) => builtin::uic60(),
+        Some(Profile::File(file)) => {
+            let &job::ProfileFile { unit, mirror, circle, smoothing, .. } = file;
+            let z = file.z.map(|z| match z {
+                job::ProfileVertical::Down => Vertical::Down,
+                job::ProfileVertical::Up => Vertical::Up,
+            });
+            let (profile, found) = read(&file.path, &Reading { kind, unit, z, mirror, circle, smoothing })?;
+            notes.extend(found);
+            Ok(profile)
+        }
+        Some(profile) => match profile.rail() {
+            Some(rail) => builtin::rail(rail),
+            None => Err(Error::Defect("a built-in profile that is neither that of a wheel nor of a rail".into())),
+        },
+        None => Err(Error::Defect("a profile is asked for of a body without one".into())),
+    }
+}
+
+fn description(given: &job::Placement) -> Placement {
+    let &job::Placement { radius, gauge, gauge_depth, cant, circles, lateral, yaw, roll, .. } = given;
+    Placement {
+        side: match given.side {
+            job::TrackSide::Left => placement::TrackSide::Left,
+            job::TrackSide::Right => placement::TrackSide::Right,
+        },
+        gauge,
+        gauge_depth,
+        cant,
+        radius,
+        circles,
+        near: given.touch_near,
+        position: match given.contact {
+            Some(job::GivenContact { wheel, rail }) => Position::Contact { wheel, rail, yaw },
+            None => Position::Shift { lateral, yaw, roll },
+        },
+    }
+}
+
+/// Collective: the job with the creepages that follow from its placement; none of a job without one.
+pub(crate) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
+    let mut settled = job.clone();
+    super::curving::settle(world, &mut settled)?;
+    let job = &settled;
+    let (Some(contact), Some(_)) = (&job.contact, job.placement()) else { return Ok(None) };
+    let found = world.on_root(|| Ok(Placed::of(job)?.motion().to_vec()))?;
+    let found = world.broadcast(found.unwrap_or_default());
+    let numbers = [0, 1, 2, 3].map(|i| found.get(i).copied().unwrap_or_default());
+    let filled = Job { contact: Some(Placed::filled(contact, numbers)), ..job.clone() };
+    // The slip is known only now.
+    job::range(&filled)?;
+    Ok(Some(filled))
+}
+
+/// Collective: the two places of a wheel on a rail.
+pub(crate) fn build<'p>(
+    petsc: &'p Petsc<'p>,
+    job: &Job,
+    meshes: &Meshes,
+    progress: &mut Progress,
+    summary: &mut Summary,
+) -> Result<Bodies<'p>> {
+    let world = petsc.world();
+    progress.stage("placing the wheel");
+    let placed = world.on_root(|| Placed::of(job))?;
+    for line in placed.iter().flat_map(Placed::lines) {
+        summary.line(line);
+    }
+    let moves = job.bodies().iter().any(|(_, body)| body.mesh.is_some());
+    let lines = |of: fn(&Gap) -> &Vec<f64>| world.broadcast(placed.as_ref().map_or(Vec::new(), |p| of(&p.gap).clone()));
+    let (x, y) = (lines(|g| &g.x), lines(|g| &g.y));
+    let seats = seats(world, placed.as_ref())?;
+    let mut bodies = Bodies::none();
+    for (name, body) in job.bodies() {
+        let side = Side::named(name).unwrap_or(Side::Lower);
+        let stands = match (&placed, &body.mesh) {
+            (Some(placed), Some(MeshSource::File(_))) => Some(placed.standing(job, meshes, name, body)),
+            _ => None,
+        };
+        let stands = world.agree(stands.transpose())?;
+        let on_grid = placed.as_ref().map(|p| p.grid(side, stands.as_ref().map(|s| s.transfer.clone())));
+        if matches!(body.mesh, Some(MeshSource::File(_))) {
+            let distance = world.broadcast(stands.as_ref().map_or(Vec::new(), |s| vec![s.axle]));
+            let axis = distance.first().filter(|_| body.rotates()).map(|&d| Axis::below(d));
+            if let Some(stands) = &stands {
+                summary.line(format!("body {name}: {}", stands.text));
+            }
+            progress.stage(format!("distribution and assembly, body {name}"));
+            let mesh = (stands.as_ref().map(|s| &s.mesh), on_grid.as_ref());
+            bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), mesh, axis)?));
+        } else if moves {
+            let grid = Some([&x[..], &y[..]]).filter(|_| !job.analyses.on_contact().is_empty());
+            bodies.unique.push(match &body.mesh {
+                Some(MeshSource::Extruded(_)) => {
+                    let seat = seats[side.index()];
+                    let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
+                    let at = on_rail(seat, track);
+                    Box::new(rail::told((world, summary), job, (name, body), (Some(at), grid))?)
+                }
+                Some(MeshSource::Revolved(_)) => {
+                    let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
+                    let seat = (seats[side.index()], track);
+                    Box::new(super::swept::wheel((world, summary), (name, body), seat, grid)?)
+                }
+                _ => {
+                    let m = body.elastic()?;
+                    Box::new(HalfSpaceBody::new(world, name, HalfSpace { young: m.young, poisson: m.poisson }, grid))
+                }
+            });
+        }
+        let index = bodies.unique.len().saturating_sub(1);
+        let laid = world.on_root(|| match (&stands, &on_grid) {
+            (Some(s), Some(grid)) if job.output.fields => beside_nodes(&s.mesh, grid, seats[side.index()].tilt),
+            _ => Ok(Vec::new()),
+        })?;
+        let laid = laid.unwrap_or_default();
+        let checksum = stands.map(|s| s.mesh.checksum()).unwrap_or_default();
+        bodies.places.push(Place {
+            checksum,
+            laid,
+            ..Place::meshless((name, side), index, on_grid, material_of(body)?)
+        });
+    }
+    Ok(bodies)
+}
+
+/// Position of the contact on the rail on a side of the track.
+fn on_rail(seat: Seat, side: job::TrackSide) -> rail::At {
+    rail::At { y: seat.y, z: Some(seat.z), right: side == job::TrackSide::Right, tilt: Some(seat.tilt) }
+}
+
+/// Collective: where the contact is on the rail and on the wheel, known on rank 0.
+fn seats(world: &World, placed: Option<&Placed>) -> Result<[Seat; 2]> {
+    let found = world.on_root(|| {
+        let missing = || Error::Defect("a placement is asked for that is not there".into());
+        let placed = placed.ok_or_else(missing)?;
+        placed.placed.seats(&placed.frame).map_err(|e| e.context("contact.placement"))
+    })?;
+    let numbers = found.map_or(Vec::new(), |seats| seats.iter().flat_map(|s| [s.y, s.z, s.tilt]).collect());
+    let numbers = world.broadcast(numbers);
+    let seat = |i: usize| {
+        let [y, z, tilt] = [0, 1, 2].map(|k| numbers.get(3 * i + k).copied().unwrap_or(0.0));
+        Seat { y, z, tilt }
+    };
+    Ok([seat(0), seat(1)])
+}
+
+/// On rank 0: the tables of the placement of `job`, after the contact was found not to reach the end of a profile:
+/// `closed` tells its nodes.
+pub(crate) fn tables(job: &Job, closed: impl Fn(usize) -> bool) -> Result<Vec<Table>> {
+    let placed = Placed::of(job)?;
+    placed.refuse_edge(closed)?;
+    Ok(placed.tables())
+}

@@ -1,0 +1,522 @@
+//! Newton's method on the natural map of a step, its linear systems solved in parts.
+//!
+//! At a node that slips the direction d of t − ρ u says what the traction does: along d it follows the pressure, t =
+//! μ p, across it the creep turns it: with e ⟂ d and a = μ q/|t − ρ u| the row of the map is (1 − a) δt_e + a ρ δu_e.
+//! So only one tangential unknown is left at a node that slips, two where it sticks, and their operator Eᵀ W_tt E +
+//! diag((1 − a)/(a ρ)) is symmetric and positive definite: conjugate gradients solve it. Normal unknowns feel the
+//! ones across the creep only through W_nt, which is small for bodies that are nearly alike; the part of W_nt that
+//! friction multiplies is in the inverse of W_nn + μ W_nt d, which is kept while the nodes are the same. Friction
+//! that depends on the velocity ties the traction along d to the motion along it, t = μ p − (p dμ/d|u|) d·u, and so
+//! to all others. Where a step is well-posed that is a contraction, much of it where the coefficient is remembered
+//! over more than a step: it is followed in turn with the unknowns across. Tangential forces are not treated here.
+//! What is neglected is made good by the next iteration, whose residual comes from a product with all of W; so single
+//! precision is enough here.
+
+use pulp::{Arch, Simd, WithSimd};
+
+use super::aligned::AlignedVec;
+use super::problem::{Effort, StepProblem, StepSolution};
+use super::structure_of_arrays::{lane, lanes, lanes_mut, SoaVec3};
+use crate::dense::dot;
+use normal::{Normal, Wanted};
+use seen::NaturalMap;
+use tangential::Tangential;
+
+mod krylov;
+mod normal;
+mod seen;
+mod start;
+mod tangential;
+
+/// Operators kept for the following steps on the same nodes.
+struct SplitNewton {
+    seen: NaturalMap,
+    normal: Normal,
+    /// Once directions are known.
+    tangential: Option<Tangential>,
+    /// Memory for it.
+    spare: Option<Tangential>,
+}
+
+/// The parts, and others whose memory can be used again.
+#[derive(Default)]
+pub(super) struct Kept {
+    parts: Option<SplitNewton>,
+    old: Option<SplitNewton>,
+}
+
+impl Kept {
+    /// Forgets everything but the memory.
+    pub(super) fn forget(&mut self) {
+        self.old = self.parts.take().or(self.old.take());
+    }
+}
+
+/// An iterate.
+struct Iterate {
+    /// Reactions, N.
+    x: SoaVec3,
+    /// Shift of the gaps, m; 0 where no load is prescribed.
+    shift: f64,
+    /// W x, m.
+    y: SoaVec3,
+}
+
+/// Solves to the largest residual `target`, N, from the reactions `x` and their response `y` = W x where it is known
+/// (to rounding), and the shift of the gaps. The last reactions and shift where the method stalls or the problem is
+/// not for it. No tangential totals may be prescribed.
+pub(super) fn solve(
+    p: &StepProblem<'_>,
+    target: f64,
+    (x, y): (&[f64], Option<&[f64]>),
+    shift: f64,
+    memory: &mut Kept,
+    effort: &mut Effort,
+) -> Result<StepSolution, (Vec<f64>, f64)> {
+    let (k, l) = (p.nodes(), p.matrix.places());
+    let Kept { parts, old } = memory;
+    let parts = parts.get_or_insert_with(|| SplitNewton::new(p, old.take()));
+    if !parts.seen.moves() {
+        return Err((x.to_vec(), shift));
+    }
+    parts.seen.pose(p);
+    // What the norm fell by in the last iteration. Of the first one nothing is known but whether it begins near the
+    // solution.
+    let mut progress = 0.0f64;
+    let mut exact = y.is_none();
+    let mut now = if x.iter().any(|v| *v != 0.0) {
+        let y = match y {
+            Some(y) => SoaVec3::of(y, l),
+            None => SoaVec3::of(&product(p, x, effort), l),
+        };
+        Iterate { x: SoaVec3::of(x, l), shift, y }
+    } else {
+        progress = 0.3;
+        exact = true;
+        let mut found = start::start(parts, p, shift, effort);
+        found.respond(p, effort);
+        found
+    };
+    let (mut last, mut stalled) = (f64::INFINITY, 0);
+    for _ in 0..12 {
+        parts.seen.look(p, &now);
+        if parts.approach(p, &mut now) {
+            parts.seen.look(p, &now);
+        }
+        let NaturalMap { norm, largest, .. } = parts.seen;
+        if largest <= target {
+            if exact {
+                return Ok(solution(p, now, &parts.seen));
+            }
+            now.respond(p, effort);
+            exact = true;
+            continue;
+        }
+        // A change of status may raise the norm once; what does not fall then is not for this method.
+        if !(norm < 0.7 * last) {
+            stalled += 1;
+            if stalled > 1 || !(norm < 3.0 * last) {
+                break;
+            }
+        }
+        if last.is_finite() {
+            progress = (norm / last).min(1.0);
+        }
+        last = norm;
+        effort.iterations += 1;
+        // No linear system has to be solved better than the laws are linear, nor than the target asks.
+        let forcing = (0.3 * target / largest).max(progress * progress).clamp(1e-3, 0.1) as f32;
+        parts.step(p, &mut now, forcing, effort);
+        now.respond(p, effort);
+        exact = true;
+    }
+    Err((now.x.give(k), now.shift))
+}
+
+/// W `x`.
+fn product(p: &StepProblem<'_>, x: &[f64], effort: &mut Effort) -> Vec<f64> {
+    let mut y = vec![0.0; x.len()];
+    p.matrix.times(x, &mut y);
+    effort.products += 1;
+    y
+}
+
+impl Iterate {
+    /// Makes the response the one to the reactions.
+    fn respond(&mut self, p: &StepProblem<'_>, effort: &mut Effort) {
+        self.y.take(&product(p, &self.x.give(p.nodes()), effort));
+    }
+}
+
+fn solution(p: &StepProblem<'_>, mut now: Iterate, seen: &NaturalMap) -> StepSolution {
+    // What is left on open nodes is below the residual.
+    for i in seen.open() {
+        (0..3).for_each(|c| now.x.row_mut(c)[i] = 0.0);
+    }
+    let k = p.nodes();
+    let friction = if p.friction.is_constant() { Vec::new() } else { seen.friction().to_vec() };
+    StepSolution {
+        reaction: now.x.give(k),
+        shift: [0.0, 0.0, now.shift],
+        response: now.y.give(k),
+        status: (0..k).map(|i| seen.status(i)).collect(),
+        friction,
+        residual: seen.largest,
+    }
+}
+
+impl SplitNewton {
+    fn new(p: &StepProblem<'_>, old: Option<Self>) -> Self {
+        let spare = old.and_then(|o| o.tangential.or(o.spare));
+        Self { seen: NaturalMap::new(p), normal: Normal::new(p.nodes()), tangential: None, spare }
+    }
+
+    /// If a load is given and no node is closed, lets the nearest one touch with that load. Whether it had to.
+    fn approach(&self, p: &StepProblem<'_>, now: &mut Iterate) -> bool {
+        let Some(load) = p.total[2].filter(|_| self.seen.closed.iter().all(|c| *c == 0.0)) else { return false };
+        let gap = &self.seen.u.row(2)[..p.nodes()];
+        let Some(i) = (0..gap.len()).min_by(|&a, &b| gap[a].total_cmp(&gap[b])) else { return false };
+        now.shift = -gap[i] - load / self.seen.rho(i).normal;
+        true
+    }
+
+    /// Newton's step; leaves the response as it was.
+    fn step(&mut self, p: &StepProblem<'_>, now: &mut Iterate, forcing: f32, effort: &mut Effort) {
+        let (seen, unit) = (&mut self.seen, p.matrix.unit());
+        // Displacements once the reactions of open nodes are gone.
+        let open = seen.open();
+        let mut lack = seen.lack;
+        for (i, c) in open.iter().flat_map(|&i| [0, 1, 2].map(|c| (i, c))) {
+            let gone = std::mem::take(&mut now.x.row_mut(c)[i]);
+            if gone != 0.0 {
+                let column = p.matrix.col(3 * i + c);
+                for r in 0..3 {
+                    let rows = column[r..].iter().step_by(3);
+                    seen.u.row_mut(r).iter_mut().zip(rows).for_each(|(u, w)| *u -= w * gone);
+                }
+                lack += if c == 2 { gone } else { 0.0 };
+            }
+        }
+        effort.solutions += 1;
+        if self.normal.wants_inverse() {
+            let (mu, [dx, dy]) = (&seen.mu, &seen.direction);
+            self.normal.invert(p.matrix.gaps(), |i, j| {
+                let n = p.matrix.col(3 * i + 2);
+                (mu[j] * (dx[j] * n[3 * j] + dy[j] * n[3 * j + 1]) / unit) as f32
+            });
+        }
+        let mut gap = AlignedVec::zeros(p.matrix.places());
+        Arch::new().dispatch(Gaps { seen, shift: now.shift, per_unit: -1.0 / unit, gap: &mut gap });
+        let wanted = Wanted { gap, total: p.total[2].map(|_| lack as f32) };
+        let (pressure, nearer) = self.normal.press(p.matrix.gaps(), open, wanted, forcing, effort);
+        now.shift -= unit * f64::from(nearer);
+        self.slide(p, &pressure, &mut now.x, forcing, effort);
+        now.x.row_mut(2).iter_mut().zip(pressure.iter()).for_each(|(x, q)| *x += f64::from(*q));
+    }
+
+    /// Newton's step on the tractions of `x` at the displacements that were seen, while the pressures change by
+    /// `pressure`, `[l]`.
+    fn slide(&mut self, p: &StepProblem<'_>, pressure: &[f32], x: &mut SoaVec3, forcing: f32, effort: &mut Effort) {
+        let (l, seen, unit) = (p.matrix.places(), &self.seen, p.matrix.unit());
+        let tangential = match &mut self.tangential {
+            Some(tangential) => {
+                tangential.follow(p.matrix, seen, forcing);
+                tangential
+            }
+            none => none.insert(Tangential::new(p.matrix, seen, self.spare.take())),
+        };
+        // Tractions along the direction of slip follow from the pressures.
+        let (mut along, mut rhs, mut soft) = (AlignedVec::zeros(l), AlignedVec::zeros(2 * l), AlignedVec::zeros(l));
+        Arch::new().dispatch(TangentialRhs {
+            seen,
+            still: tangential.directions(),
+            x,
+            pressure,
+            per_unit: 1.0 / unit,
+            along: &mut along,
+            rhs: &mut rhs,
+            soft: &mut soft,
+        });
+        let stick = seen.sticking();
+        tangential.subtract((seen, &stick), &along, pressure, &mut rhs);
+        let mut found = tangential.solve((seen, &stick), &soft, &rhs, forcing, effort);
+        if !seen.feed.is_empty() {
+            let feed: Vec<f32> = seen.feed.iter().map(|f| (f * unit) as f32).collect();
+            tangential.feed(
+                (seen, &stick),
+                &feed,
+                (&mut along, &mut found, pressure),
+                (&soft, dot(&rhs, &rhs).sqrt(), forcing),
+                effort,
+            );
+        }
+        // Along d the unknowns of nodes that stick.
+        for &i in &stick {
+            along[i] = found[l + i];
+        }
+        let found = &found[..l];
+        Arch::new().dispatch(TractionUpdate { seen, still: tangential.directions(), along: &along, across: found, x });
+    }
+}
+
+/// Gaps that pressures have to close, over minus the unit; 0 at open nodes.
+struct Gaps<'a> {
+    seen: &'a NaturalMap,
+    shift: f64,
+    per_unit: f64,
+    gap: &'a mut [f32],
+}
+
+impl WithSimd for Gaps<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { seen, shift, per_unit, gap } = self;
+        let [_, _, u] = seen.u.lanes();
+        let (closed, gap) = (lanes(&seen.closed, u.len()), lanes_mut(gap, u.len()));
+        for b in 0..u.len() {
+            let (u, closed) = (u[b], closed[b]);
+            gap[b] = lane(|k| if closed[k] > 0.0 { ((u[k] + shift) * per_unit) as f32 } else { 0.0 });
+        }
+    }
+}
+
+/// Right-hand side of the tangential unknowns, in newtons as everything in single precision.
+struct TangentialRhs<'a> {
+    seen: &'a NaturalMap,
+    /// Directions of the operator, which are those of nodes that stick.
+    still: [&'a [f32]; 2],
+    x: &'a SoaVec3,
+    /// Changes of the pressures, N, `[l]`.
+    pressure: &'a [f32],
+    per_unit: f64,
+    /// Changes of the tractions along the slip, N, `[l]`.
+    along: &'a mut [f32],
+    /// Minus the motion across and along d, `[2l]`.
+    rhs: &'a mut [f32],
+    /// Compliance added to the tangential diagonal, `[l]`.
+    soft: &'a mut [f32],
+}
+
+impl WithSimd for TangentialRhs<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { seen, still, x, pressure, per_unit, along, rhs, soft } = self;
+        let ([rx, ry, p], [ux, uy, _]) = (x.lanes(), seen.u.lanes());
+        let blocks = rx.len();
+        let (ry, p, ux, uy) = (&ry[..blocks], &p[..blocks], &ux[..blocks], &uy[..blocks]);
+        let [dx, dy] = [0, 1].map(|c| lanes(&seen.direction[c], blocks));
+        let [sx, sy] = still.map(|d| lanes(d, blocks));
+        let [softness, mu] = [&seen.soft, &seen.mu].map(|row| lanes(row, blocks));
+        let [closed, slips] = [&seen.closed, &seen.slips].map(|row| lanes(row, blocks));
+        let more = lanes(pressure, blocks);
+        let (across, held) = rhs.split_at_mut(along.len());
+        let [along, across, held, soft] = [along, across, held, soft].map(|row| lanes_mut(row, blocks));
+        for b in 0..blocks {
+            let (rx, ry, p, ux, uy, more) = (rx[b], ry[b], p[b], ux[b], uy[b], more[b]);
+            let [dx, dy, sx, sy] = [dx[b], dy[b], sx[b].map(f64::from), sy[b].map(f64::from)];
+            let (closed, slips, mu) = (closed[b], slips[b], mu[b]);
+            let softness = lane(|k| softness[b][k] * per_unit);
+            let dx = lane(|k| if slips[k] > 0.0 { dx[k] } else { sx[k] });
+            let dy = lane(|k| if slips[k] > 0.0 { dy[k] } else { sy[k] });
+            let traction = lane(|k| dx[k] * rx[k] + dy[k] * ry[k]);
+            let turned = lane(|k| dx[k] * ry[k] - dy[k] * rx[k]);
+            let forward = lane(|k| (dx[k] * ux[k] + dy[k] * uy[k]) * per_unit);
+            let aside = lane(|k| (dx[k] * uy[k] - dy[k] * ux[k]) * per_unit);
+            // The row of the map is (1 − a) t_e + a ρ u_e.
+            let wanted = lane(|k| -(aside[k] + softness[k] * turned[k]) as f32);
+            let follows = lane(|k| (mu[k] * (p[k] + f64::from(more[k])) - traction[k]) as f32);
+            along[b] = lane(|k| if slips[k] > 0.0 { follows[k] } else { 0.0 });
+            across[b] = lane(|k| if closed[k] > 0.0 { wanted[k] } else { 0.0 });
+            held[b] = lane(|k| if closed[k] > slips[k] { -forward[k] as f32 } else { 0.0 });
+            soft[b] = lane(|k| softness[k] as f32);
+        }
+    }
+}
+
+/// Adds changes of tractions along and across the directions, N, `[l]` each, to the reactions.
+struct TractionUpdate<'a> {
+    seen: &'a NaturalMap,
+    still: [&'a [f32]; 2],
+    along: &'a [f32],
+    across: &'a [f32],
+    x: &'a mut SoaVec3,
+}
+
+impl WithSimd for TractionUpdate<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) {
+        let Self { seen, still, along, across, x } = self;
+        let [tx, ty, _] = x.lanes_mut();
+        let blocks = tx.len();
+        let ty = &mut ty[..blocks];
+        let [dx, dy] = [0, 1].map(|c| lanes(&seen.direction[c], blocks));
+        let [sx, sy] = still.map(|d| lanes(d, blocks));
+        let [slips, along, across] = [&seen.slips, along, across].map(|row| lanes(row, blocks));
+        for b in 0..blocks {
+            let [dx, dy, sx, sy] = [dx[b], dy[b], sx[b].map(f64::from), sy[b].map(f64::from)];
+            let (slips, along, across) = (slips[b], along[b].map(f64::from), across[b].map(f64::from));
+            let dx = lane(|k| if slips[k] > 0.0 { dx[k] } else { sx[k] });
+            let dy = lane(|k| if slips[k] > 0.0 { dy[k] } else { sy[k] });
+            let (x, y) = (tx[b], ty[b]);
+            tx[b] = lane(|k| x[k] + dx[k] * along[k] - dy[k] * across[k]);
+            ty[b] = lane(|k| y[k] + dy[k] * along[k] + dx[k] * across[k]);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::half_space::HalfSpace;
+    use crate::contact::law::{size, Status};
+    use crate::friction::{Exponential, FrictionLaw};
+    use crate::grid::Interface;
+    use crate::model::combined_compliance;
+    use crate::transient::{ContactSolver, DelassusOperator, Memory};
+
+    /// (dx, dy, g) of bodies pressed together by `approach` and moved by about `path`, unevenly over the contact.
+    fn displacements(s: &Interface, approach: f64, path: f64) -> Vec<f64> {
+        (0..s.len())
+            .flat_map(|i| {
+                let [x, y] = s.point(i);
+                [path * (1.0 + 150.0 * x), 0.4 * path * (1.0 - 200.0 * y), s.gap[i] - approach]
+            })
+            .collect()
+    }
+
+    /// With open nodes, stick and slip, for equal and for unlike bodies: the reactions of the fixed point, and from a
+    /// solution nearby in few products without a factorisation of the whole. Falling friction goes another way to the
+    /// same.
+    #[test]
+    fn finds_the_reactions_of_the_fixed_point_for_unlike_bodies_and_falling_friction() {
+        let s = Interface::paraboloid(9, 9, [6e-3; 2], [4.0; 2]).unwrap();
+        let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
+        let hard = HalfSpace { young: 205e13, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
+        let falling = FrictionLaw::from(Exponential::new(0.35, 0.25, 0.3));
+        for (other, friction) in [
+            (&steel, FrictionLaw::Constant(0.3)),
+            (&hard, FrictionLaw::Constant(0.3)),
+            (&hard, FrictionLaw::Constant(0.0)),
+            (&steel, falling.clone()),
+            (&hard, falling),
+        ] {
+            let w = combined_compliance(steel.as_ref(), other.as_ref()).unwrap();
+            let columns: Vec<f64> = (0..3 * s.len()).flat_map(|j| w.col_as_slice(j).to_vec()).collect();
+            let matrix = &DelassusOperator::new(columns);
+            let mut memory = Memory::default();
+            let mut guess = vec![0.0; 3 * s.len()];
+            for step in 0..4 {
+                let free = displacements(&s, (8.0 + 0.01 * step as f64) * 1e-5, (1.0 + 0.01 * step as f64) * 1.2e-5);
+                let tolerance = 1e-11;
+                let (friction, before) = (&friction, &[][..]);
+                let p = StepProblem { matrix, free: &free, friction, before, step: 1e-5, total: [None; 3], tolerance };
+                let solve = |solver, memory: &mut Memory| {
+                    let mut effort = Effort::default();
+                    let found = p.solve(solver, &guess, None, [0.0; 3], memory, &mut effort).unwrap();
+                    (found, effort)
+                };
+                let (found, effort) = solve(ContactSolver::Newton, &mut memory);
+                let (reference, _) = solve(ContactSolver::FixedPoint, &mut Memory::default());
+                let normal: f64 = reference.reaction.iter().skip(2).step_by(3).sum();
+                let difference =
+                    found.reaction.iter().zip(&reference.reaction).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+                assert!(difference < 1e-8 * 0.25 * normal, "{friction:?}, step {step}: {difference:e} of {normal:e} N");
+                let count = |state| found.status.iter().filter(|s| **s == state).count();
+                let [open, stick, slip] = [Status::Open, Status::Stick, Status::Slip].map(count);
+                let enough = open > 10 && slip > 5 && (stick > 5 || *friction == FrictionLaw::Constant(0.0));
+                assert!(enough, "{friction:?}: {open} open, {stick} in stick, {slip} in slip");
+                if step > 0 && friction.is_constant() {
+                    assert!(effort.factorisations == 0 && effort.products <= 8, "step {step}: {effort:?}");
+                }
+                // The same with the load given and the approach unknown: from nothing, from bodies far apart, and
+                // from what is known.
+                let loaded = StepProblem { total: [None, None, Some(normal)], ..p };
+                let nothing = vec![0.0; 3 * s.len()];
+                for (guess, known) in [(&nothing, 2e-6), (&nothing, 1e-3), (&guess, 1e-3), (&guess, -1e-7)] {
+                    let (mut effort, mut memory) = (Effort::default(), Memory::default());
+                    let found = loaded
+                        .solve(ContactSolver::Newton, guess, None, [0.0, 0.0, known], &mut memory, &mut effort)
+                        .unwrap();
+                    let off = found.reaction.iter().zip(&reference.reaction).map(|(a, b)| (a - b).abs());
+                    let off = off.fold(0.0, f64::max);
+                    assert!(
+                        off < 1e-8 * 0.25 * normal,
+                        "{friction:?}, step {step}, load given: {off:e} of {normal:e} N"
+                    );
+                    assert!(found.shift[2].abs() < 1e-9 * 8e-5, "shift {:e}", found.shift[2]);
+                    assert!(effort.factorisations == 0 || !friction.is_constant(), "step {step}: {effort:?}");
+                }
+                guess = found.reaction;
+            }
+        }
+    }
+
+    /// A millinewton on unlike bodies rests on one node, whatever is known of the approach.
+    #[test]
+    fn a_small_load_rests_on_one_node() {
+        let s = Interface::paraboloid(9, 9, [6e-3; 2], [4.0; 2]).unwrap();
+        let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
+        let hard = HalfSpace { young: 205e13, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
+        let w = combined_compliance(steel.as_ref(), hard.as_ref()).unwrap();
+        let matrix = &DelassusOperator::new((0..3 * s.len()).flat_map(|j| w.col_as_slice(j).to_vec()).collect());
+        let free = displacements(&s, 0.0, 1e-6);
+        let (friction, load) = (FrictionLaw::Constant(0.3), 1e-3);
+        let p = StepProblem {
+            matrix,
+            free: &free,
+            friction: &friction,
+            before: &[],
+            step: 1e-5,
+            total: [None, None, Some(load)],
+            tolerance: 1e-10,
+        };
+        for known in [-1e-4, 0.0, 1e-4] {
+            let (mut effort, mut memory) = (Effort::default(), Memory::default());
+            let guess = vec![0.0; 3 * s.len()];
+            let shift = [0.0, 0.0, known];
+            let found = p.solve(ContactSolver::Newton, &guess, None, shift, &mut memory, &mut effort).unwrap();
+            let closed: Vec<usize> = (0..s.len()).filter(|&i| found.status[i] != Status::Open).collect();
+            assert_eq!(closed, [40], "from a shift of {known}");
+            let r = &found.reaction[120..123];
+            assert!((r[2] - load).abs() < 1e-12 && (size([r[0], r[1]]) - 0.3 * load).abs() < 1e-12, "{r:?}");
+            // The gap of the middle node is closed.
+            assert!((s.gap[40] + found.response[122] + found.shift[2]).abs() < 1e-18, "{:?}", found.shift);
+            assert_eq!(effort.factorisations, 0, "{effort:?}");
+        }
+    }
+
+    /// A motion that is no number is no open contact, whether the load or the approach is given, with every solver.
+    #[test]
+    fn what_is_no_number_is_refused() {
+        let s = Interface::paraboloid(3, 3, [2e-3; 2], [4.0; 2]).unwrap();
+        let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
+        let w = combined_compliance(steel.as_ref(), steel.as_ref()).unwrap();
+        let matrix = &DelassusOperator::new((0..3 * s.len()).flat_map(|j| w.col_as_slice(j).to_vec()).collect());
+        let good = displacements(&s, 1e-5, 1e-6);
+        let friction = FrictionLaw::Constant(0.3);
+        for (guess, total) in [(0.0, None), (10.0, None), (0.0, Some(50.0))] {
+            for solver in [ContactSolver::Newton, ContactSolver::FixedPoint] {
+                for at in [0, 14] {
+                    let mut free = good.clone();
+                    let guess = vec![guess; 3 * s.len()];
+                    let solve = |free: &[f64]| {
+                        let (before, step, tolerance) = (&[][..], 1e-5, 1e-10);
+                        let total = [None, None, total];
+                        let p = StepProblem { matrix, free, friction: &friction, before, step, total, tolerance };
+                        p.solve(solver, &guess, None, [0.0; 3], &mut Memory::default(), &mut Effort::default())
+                    };
+                    solve(&free).unwrap();
+                    free[at] = f64::NAN;
+                    let error = solve(&free).expect_err("no number");
+                    assert!(error.exit_code() == 4 && error.message().contains("no numbers"), "{error}");
+                }
+            }
+        }
+    }
+}
