@@ -12,10 +12,11 @@ pub enum Stencil {
     Upwind1,
     /// Three-point backward difference, second order where w is smooth.
     Upwind2,
-    /// Second order inside the contact, and aware of its leading edge, where w is not smooth (`UpwindReconstruction`). At the first
-    /// closed node the difference is exact for straight lines plus anything proportional to the gap upstream (which
-    /// says where between the nodes the edge lies); at the second one, whose second upstream neighbour is outside, it
-    /// is the two-point one. It removes most of the grid error of the others, which act as if the edge lay on a node.
+    /// Second order inside the contact, and aware of its leading edge, where w is not smooth (`UpwindReconstruction`).
+    /// At the first closed node the difference is exact for straight lines plus anything proportional to the gap
+    /// upstream (which says where between the nodes the edge lies); at the second one, whose second upstream neighbour
+    /// is outside, it is the two-point one. It removes most of the grid error of the others, which act as if the edge
+    /// lay on a node.
     #[default]
     Edge,
 }

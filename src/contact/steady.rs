@@ -55,8 +55,8 @@ pub enum NormalLoad {
 pub struct SteadyProblem<'a> {
     /// The interface.
     pub interface: &'a Interface,
-    /// Influence matrix W of the interface (see [`crate::model::CoupledModel::influence`]), m/N, `[3n, 3n]`, rows (x, y,
-    /// n): dense, symmetric or kept by rows; or a convolution.
+    /// Influence matrix W of the interface (see [`crate::model::CoupledModel::influence`]), m/N, `[3n, 3n]`, rows (x,
+    /// y, n): dense, symmetric or kept by rows; or a convolution.
     pub compliance: Influence<'a>,
     /// Friction law: the coefficient at each node follows from its creep velocity and those upstream, which it
     /// remembers.

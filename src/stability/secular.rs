@@ -555,7 +555,7 @@ impl State {
 
     /// The next state begins from here, whichever was computed last: what is found then depends on this one alone, to
     /// the last bit.
-    pub fn begin(&self) {
+    pub fn restore(&self) {
         LAST.set(self.last.clone());
         Modes::know(self.modes.clone());
     }

@@ -1,7 +1,7 @@
 //! Departure points of the semi-Lagrangian transport: x − Vh on the lines of the grid. Its displacement there lies on
-//! the [`UpwindReconstruction`] upstream, as in the steady and the linear analyses: for short steps the difference along the particle
-//! is theirs ([`crate::contact::Stencil::Edge`]), node by node, and what the three find is the same but for the first
-//! order in Vh.
+//! the [`UpwindReconstruction`] upstream, as in the steady and the linear analyses: for short steps the difference
+//! along the particle is theirs ([`crate::contact::Stencil::Edge`]), node by node, and what the three find is the same
+//! but for the first order in Vh.
 //!
 //! [`UpwindReconstruction`]: crate::contact::course::Course
 

@@ -64,7 +64,7 @@ const BLOCK: usize = 16;
 /// as the failure of the run.
 pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Option<&Error>) -> Result<()> {
     let (world, job) = (run.world(), run.job);
-    let study = Study::of(world, job, (base.as_ref(), own))?;
+    let study = Study::new(world, job, (base.as_ref(), own))?;
     let mut kept = match &study {
         Some(study) => Some(world.on_root(|| KeptPoints::open(&run.options.output, study.identity()))?),
         None => None,

@@ -57,7 +57,7 @@ pub(super) struct Study<'a> {
 
 impl<'a> Study<'a> {
     /// Collective: the study of `job`, if it has one, with the modes of its own point.
-    pub(super) fn of(
+    pub(super) fn new(
         world: &World,
         job: &'a Job,
         (base, own): (Option<&Base<'_, '_>>, Option<&Error>),
@@ -110,9 +110,9 @@ impl<'a> Study<'a> {
         let first = members.first().copied().unwrap_or(i);
         let begun = self.begun.borrow().get(&first).cloned();
         match begun {
-            Some(state) => state.begin(),
+            Some(state) => state.restore(),
             None => {
-                State::default().begin();
+                State::default().restore();
                 model.renew();
                 let solved = point_of(points, first).and_then(|point| self.at(model, point));
                 self.begun.borrow_mut().insert(first, State::present());

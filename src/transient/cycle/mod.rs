@@ -6,8 +6,8 @@
 //! measured on a motion that has been left to itself (`alone`), after its return to a section has been looked at
 //! (`section`; H. Poincaré; see A. H. Nayfeh, B. Balachandran, Applied Nonlinear Dynamics, 1995).
 //!
-//! One rule gives the verdict (`CycleOutcome::of`): a motion that has stopped changing is a cycle if it comes back to the
-//! section, otherwise irregular; one that still changes is unsettled. A beat that shrinks is a change, so it is
+//! One rule gives the verdict (`CycleOutcome::of`): a motion that has stopped changing is a cycle if it comes back to
+//! the section, otherwise irregular; one that still changes is unsettled. A beat that shrinks is a change, so it is
 //! followed until it is gone or the time is over.
 
 mod amplitude_continuation;
