@@ -6,7 +6,6 @@ import h5py
 import numpy as np
 import pytest
 from conftest import dataset
-
 from railsqueal import Result, ResultError
 from railsqueal.named import dataset as named
 

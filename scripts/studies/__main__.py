@@ -3,7 +3,6 @@
 import json
 import sys
 
-import cycles
 import drawn
 import faults
 import foreign
@@ -23,6 +22,7 @@ import truncation
 import tutorial
 from program import KEPT
 
+import cycles
 import examples
 import meshes
 import transient
