@@ -83,7 +83,7 @@ impl<'p> Bodies<'p> {
     }
 
     /// Collective: meshes, distributes and assembles the bodies of the job. Warnings about them are those of
-    /// [`foresee`](super::preflight).
+    /// [`preflight`](super::preflight).
     pub fn build(
         petsc: &'p Petsc<'p>,
         job: &Job,
