@@ -49,7 +49,8 @@ pub struct Record {
     /// Their amplitudes at the multiples of the frequency, m/s, `[harmonics][r]`.
     pub spectrum: Vec<Vec<C>>,
     /// Modal displacements, √kg m, and impulse of the force on body 1 beside its first value, N·s, every
-    /// [`AmplitudeRecord::stride`](super::AmplitudeRecord::stride) steps, `[samples][m + 3]`; none where no sound is wanted.
+    /// [`AmplitudeRecord::stride`](super::AmplitudeRecord::stride) steps, `[samples][m + 3]`; none where no sound is
+    /// wanted.
     pub heard: Vec<Vec<f64>>,
 }
 
