@@ -9,7 +9,8 @@ use crate::case::transient_problem::TransientProblem;
 use crate::cycles::branch::{follow, solve, BranchExtent};
 use crate::cycles::corrector::Equations;
 use crate::cycles::{
-    multipliers, Branch, BranchEnd, BranchPoint, Conditions, ContactMemory, Family, Resolution, Special, Structure,
+    multipliers, Branch, BranchEnd, BranchPoint, Conditions, ContactMemory, Family, Resolution, Special, SpecialKind,
+    Structure,
 };
 use crate::grid::Interface;
 use crate::job::{self, key_unit, range, Branches, Job, StabilityState, StartState};
@@ -298,16 +299,26 @@ fn tell(wanted: &Branches, found: &Found, summary: &mut Summary) {
             .value("squeal starts by itself", format!("{side} {key} = {:.7} ({:.3} Hz)", onset.key, onset.frequency));
     }
     let stable = |p: &BranchPoint| p.multipliers.as_ref().is_some_and(|m| m.is_stable());
-    let keys = |of: &dyn Fn(&BranchPoint) -> bool| {
-        let all = found.points.iter().filter(|p| p.special.is_some() || of(p)).map(|p| p.key);
-        all.fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], k| [a.min(k), b.max(k)])
+    // Points where a cycle loses its stability bound them; elsewhere there may be more beyond.
+    let bound = |p: &BranchPoint| {
+        p.special.filter(|s| !matches!(s.kind, SpecialKind::Stick | SpecialKind::Opening)).map(|s| s.kind.name())
     };
-    if found.points.iter().any(stable) {
-        let [low, high] = keys(&stable);
-        summary.value("cycles", format!("persist once started from {key} = {low:.7} to {high:.7}"));
+    let range = |of: &dyn Fn(&BranchPoint) -> bool| {
+        let all = found.points.iter().filter(|p| of(p));
+        let lowest = all.clone().min_by(|a, b| a.key.total_cmp(&b.key))?;
+        Some([lowest, all.max_by(|a, b| a.key.total_cmp(&b.key))?])
+    };
+    let (name, ends) = if found.points.iter().any(stable) {
+        ("stable cycles", range(&|p| stable(p) || bound(p).is_some()))
     } else {
-        let [low, high] = keys(&|_| true);
-        summary.value("cycles", format!("from {key} = {low:.7} to {high:.7}"));
+        ("cycles", range(&|_| true))
+    };
+    if let Some(ends) = ends {
+        let [low, high] = ends.map(|p| match bound(p) {
+            Some(kind) => format!("{:.7} ({kind}: squeal that was started ends there)", p.key),
+            None => format!("{:.7} (followed no further)", p.key),
+        });
+        summary.value(name, format!("from {key} = {low} to {high}"));
     }
     for p in &found.points {
         if let Some(Special { kind, second }) = p.special {
