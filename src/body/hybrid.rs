@@ -175,7 +175,7 @@ impl Hybrid {
     }
 
     /// The modes with ψ̂ = `seen` and the angular frequencies `omega`, rad/s, at the contact rows, 1/√kg, `[3n, m]`.
-    /// What of the compliance is theirs is kept.
+    /// Keeps their share of the compliance.
     pub fn of_modes(&mut self, omega: &[f64], seen: &[[f64; LOADS]]) -> Mat<f64> {
         self.modal = statics(omega, seen);
         self.seen = seen.to_vec();

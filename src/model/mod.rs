@@ -217,7 +217,7 @@ impl SharedModel {
 }
 
 /// Gives `pair` the damping and the rotation of `job`; `own` and `rotation` are what the bodies bring for them.
-/// Whether W is another one then.
+/// Returns true if W changes by that.
 fn adapt(
     pair: &mut CoupledModel,
     job: &Job,

@@ -1,7 +1,7 @@
 //! Stability with a contact of one point: the free modes of both bodies on Hertz' spring, and a law of total creep
 //! forces.
 //!
-//! What a discretised contact is compared with. With the means Ψ_n, Ψ_t of the modes over the contact, weighted by
+//! It is the reference for a discretised contact. With the means Ψ_n, Ψ_t of the modes over the contact, weighted by
 //! its pressure, the gap changes by δg = Ψ_n q and the creep by δṡ = Ψ_t q̇ + V ∂xΨ_t q; so
 //!
 //! q̈ + C q̇ + K q = Ψ_nᵀ δP + Ψ_tᵀ δF,   δP = −k_H Ψ_n q,   δF = −D δṡ + (∂F/∂P) δP + (∂F/∂μ) δμ.
