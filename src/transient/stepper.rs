@@ -83,8 +83,8 @@ pub struct Stepper<'a> {
     massive: bool,
     /// W, m/N, `[3n, 3n]`.
     w: Mat<f64>,
-    /// Foot of each grid column.
-    feet: Vec<Option<DeparturePoint>>,
+    /// Foot of each grid column of each patch.
+    feet: Vec<Vec<Option<DeparturePoint>>>,
     /// ∂x g0, `[n]`.
     slope: Vec<f64>,
     /// Largest size of a gap of the smooth bodies, m.
@@ -170,19 +170,18 @@ impl<'a> Stepper<'a> {
         let w = motion.operator(&model);
         let s = model.interface;
         let travel = settings.drive.speed * settings.scheme.step;
-        let nx = s.x.len();
         let slope = (0..n)
             .map(|i| {
-                let (ix, line) = (i % nx, i - i % nx);
-                let (a, b) = (ix.saturating_sub(1), (ix + 1).min(nx - 1));
+                let (patch, ix, iy) = s.place(i);
+                let (a, b) = (ix.saturating_sub(1), (ix + 1).min(patch.x.len() - 1));
                 if s.are_points() {
                     return 0.0;
                 }
-                (s.gap[line + b] - s.gap[line + a]) / (s.x[b] - s.x[a])
+                (s.gap[patch.node(b, iy)] - s.gap[patch.node(a, iy)]) / (patch.x[b] - patch.x[a])
             })
             .collect();
         let mut new = Self {
-            feet: feet(&s.x, travel),
+            feet: s.patches.iter().map(|p| feet(&p.x, travel)).collect(),
             passing: RoughnessGap::smooth(s),
             model,
             settings,
@@ -228,9 +227,9 @@ impl<'a> Stepper<'a> {
     }
 
     /// The same on rough surfaces.
-    pub fn rough(mut self, surface: Surface) -> Self {
-        self.passing = RoughnessGap::rough(self.model.interface, surface);
-        self
+    pub fn rough(mut self, surface: Surface) -> Result<Self> {
+        self.passing = RoughnessGap::rough(self.model.interface, surface)?;
+        Ok(self)
     }
 
     /// Forgets everything that is not part of the state, so that a run continued from here goes on in the same way.
@@ -263,7 +262,8 @@ impl<'a> Stepper<'a> {
     pub fn restart(&mut self, step: f64, state: State) -> Result<()> {
         self.settings.scheme.step = step;
         self.settings.scheme.check(&[])?;
-        self.feet = feet(&self.model.interface.x, self.settings.drive.speed * step);
+        let travel = self.settings.drive.speed * step;
+        self.feet = self.model.interface.patches.iter().map(|p| feet(&p.x, travel)).collect();
         self.put(state)
     }
 
@@ -338,7 +338,7 @@ impl<'a> Stepper<'a> {
         let (h, theta) = (self.settings.scheme.step, self.settings.scheme.theta);
         let rank = self.shapes.rank();
         let t = self.time();
-        self.passing.go(self.model.interface, self.state.step, h);
+        self.passing.go(self.state.step, h);
         // The modal reactions at the beginning of the step: kept from the one before where there was one.
         let old_modal = self.modal_now.take().unwrap_or_else(|| self.modal_reaction(&self.core_reaction()));
         let (q_free, v_free) = self.motion.free(&self.state.q, &self.state.v, &old_modal)?;

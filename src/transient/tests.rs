@@ -295,7 +295,7 @@ fn balance_does_not_count_the_start() {
 fn the_laws_hold_with_a_fresh_product_after_many_steps() {
     let s = Interface::paraboloid(11, 11, [6e-3; 2], [4.0; 2]).unwrap();
     let steel = crate::body::half_space::HalfSpace { young: 205e9, poisson: 0.3 };
-    let c = steel.compliance(&s.x, &s.y).unwrap();
+    let c = steel.compliance(&s.patches[0].x, &s.patches[0].y).unwrap();
     let w = crate::model::combined_compliance(c.as_ref(), c.as_ref()).unwrap();
     let no = Mat::<f64>::zeros(3 * s.len(), 0);
     let falling = Exponential::new(0.35, 0.25, 0.3).into();

@@ -39,7 +39,7 @@ fn damped(nodes: usize, speed: f64, damping: [f64; 3]) -> Squeal {
     let squeal = Squeal::new(nodes, DAMPING);
     let n = squeal.interface.len();
     let steel = HalfSpace { young: 205e9, poisson: 0.3 };
-    let local = steel.compliance(&squeal.interface.x, &squeal.interface.y).unwrap();
+    let local = steel.compliance(&squeal.interface.patches[0].x, &squeal.interface.patches[0].y).unwrap();
     let omega: Vec<f64> = FREQUENCY.iter().map(|f| 2.0 * PI * f).collect();
     let contact_modes = Mat::from_fn(3 * n, 3, |i, k| SHAPE[k][i % 3]);
     let modal = |i: usize, j: usize| {

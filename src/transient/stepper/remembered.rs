@@ -15,8 +15,9 @@ impl Stepper<'_> {
         if mu.is_empty() {
             return Vec::new();
         }
-        let (x, step, speed) = (&self.model.interface.x, self.settings.scheme.step, self.settings.drive.speed);
+        let (step, speed) = (self.settings.scheme.step, self.settings.drive.speed);
         let of = |(&i, &(line, foot)): (&usize, &(usize, DeparturePoint))| {
+            let x = &self.model.interface.place(i).0.x;
             let came = |upstream: f64| Remembered { own: upstream, upstream, step, passage: step };
             match foot {
                 DeparturePoint::Node(at) if line + at == i => {
