@@ -601,7 +601,7 @@ fn one_mode_on_the_rest_grows_as_the_eigenvalue_does() {
         let mut pairs = eigenpairs(&b, &contact, TOLERANCE).unwrap();
         // Those of modes; relaxations of the contact have no mode of their own.
         pairs.retain(|e| e.value.im > 0.0 && e.damping_ratio().abs() < 0.02);
-        for (pair, found) in pairs.iter().zip(criteria(&b, &places, &contact, &pairs).unwrap()) {
+        for (pair, found) in pairs.iter().zip(criteria(&b, std::slice::from_ref(&places), &contact, &pairs).unwrap()) {
             let (got, want) = (found.growth_rate, pair.growth_rate());
             assert!((got - want).abs() < 1e-8 * pair.value.norm(), "{c:?} {}: {got}, expected {want}", pair.value);
             // Nothing of it is small: without the tilting the equation would be another one.
