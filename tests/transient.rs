@@ -10,7 +10,7 @@ use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::CoupledModel;
 use railsqueal::stability::reduced::eigenpairs;
-use railsqueal::transient::loading::{History, Loading, Normal, Tangential};
+use railsqueal::transient::loading::{History, Loading, Normal, PatchDrive, Tangential};
 use railsqueal::transient::{ContactSolver, Model, Scheme, Settings, State, Stepper};
 
 mod rotated;
@@ -211,15 +211,12 @@ fn shifted(s: &Interface, w: &Mat<f64>, none: &Mat<f64>, steps: usize) -> State 
     let c = CARTER;
     let force = 0.657 * c.mu * c.load;
     let end = steps as f64;
-    let drive = Loading {
-        normal: Normal::Force(History::constant(c.load)),
-        tangential: [
-            Tangential::Force(History::table("force", &[[0.0, 0.0], [end, force]], end).unwrap()),
-            Tangential::Creep(History::constant(0.0)),
-        ],
-        spin: History::constant(0.0),
-        speed: 0.0,
-    };
+    let tangential = [
+        Tangential::Force(History::table("force", &[[0.0, 0.0], [end, force]], end).unwrap()),
+        Tangential::Creep(History::constant(0.0)),
+    ];
+    let patch = PatchDrive { tangential, spin: History::constant(0.0), speed: 0.0 };
+    let drive = Loading::of_patch(Normal::Force(History::constant(c.load)), patch);
     let model = quasi_static(s, w, none);
     let normal = SteadyProblem {
         interface: s,
@@ -284,15 +281,10 @@ fn cattaneo_becomes_carter() {
     let none = Mat::<f64>::zeros(3 * s.len(), 0);
     let w = half_spaces(c.material, &s);
     let start = State { step: 0, ..shifted(&s, &w, &none, 1) };
-    let drive = Loading {
-        normal: Normal::Force(History::constant(c.load)),
-        tangential: [
-            Tangential::Force(History::constant(0.657 * c.mu * c.load)),
-            Tangential::Creep(History::constant(0.0)),
-        ],
-        spin: History::constant(0.0),
-        speed: 0.25,
-    };
+    let tangential =
+        [Tangential::Force(History::constant(0.657 * c.mu * c.load)), Tangential::Creep(History::constant(0.0))];
+    let patch = PatchDrive { tangential, spin: History::constant(0.0), speed: 0.25 };
+    let drive = Loading::of_patch(Normal::Force(History::constant(c.load)), patch);
     let model = quasi_static(&s, &w, &none);
     let mut stepper = Stepper::new(model, settings(1.0, drive, c.mu), start).unwrap();
     let mut creepage = Vec::new();

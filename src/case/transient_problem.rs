@@ -11,7 +11,7 @@ use crate::grid::Interface;
 use crate::job::{self, Direction, HeldQuantity, Job, Quadrature, StabilityState, StartState, TransientSolver};
 use crate::model::CoupledModel;
 use crate::stability::reduced::{sharpness, Eigenpair};
-use crate::transient::loading::{History, Loading, Normal, Tangential};
+use crate::transient::loading::{History, Loading, Normal, PatchDrive, Tangential};
 use crate::transient::{ContactSolver, Model, PointModel, Scheme, Settings, State};
 use crate::{Error, Result};
 use faer::MatRef;
@@ -255,17 +255,11 @@ pub(crate) fn drive(
     };
     let v = contact.speed;
     let c = creepage(contact);
-    Ok(Loading {
-        normal,
-        tangential: [
-            Tangential::Creep(
-                history("longitudinal", &histories.longitudinal, c.longitudinal, v)?.plus(-v * deflected[0]),
-            ),
-            Tangential::Creep(history("lateral", &histories.lateral, c.lateral, v)?.plus(-v * deflected[1])),
-        ],
-        spin: history("spin", &histories.spin, c.spin, v)?,
-        speed: v,
-    })
+    let longitudinal = history("longitudinal", &histories.longitudinal, c.longitudinal, v)?;
+    let lateral = history("lateral", &histories.lateral, c.lateral, v)?;
+    let tangential = [longitudinal.plus(-v * deflected[0]), lateral.plus(-v * deflected[1])].map(Tangential::Creep);
+    let spin = history("spin", &histories.spin, c.spin, v)?;
+    Ok(Loading::of_patch(normal, PatchDrive { tangential, spin, speed: v }))
 }
 
 /// The state moved by a complex mode, whose largest displacement of a contact node is to be `amplitude`, m.

@@ -16,6 +16,7 @@ use super::scheme::{Modal, Scheme};
 use crate::contact::law::Status;
 use crate::dense::{self, dot};
 use crate::friction::{FrictionLaw, Remembered};
+use crate::grid::Interface;
 use crate::roughness::Surface;
 use crate::{Error, Result};
 
@@ -62,7 +63,7 @@ pub struct State {
     pub v: Vec<f64>,
     /// Reactions (tx, ty, p), N, `[3n]`.
     pub reaction: Vec<f64>,
-    /// Approach, m.
+    /// Approach, m; of several patches the rigid motion that they share.
     pub approach: f64,
     /// Rigid creep velocities, m/s, of the directions with a prescribed force.
     pub creep: [f64; 2],
@@ -169,7 +170,7 @@ impl<'a> Stepper<'a> {
         }
         let w = motion.operator(&model);
         let s = model.interface;
-        let travel = settings.drive.speed * settings.scheme.step;
+        settings.drive.check(s.patches.len())?;
         let slope = (0..n)
             .map(|i| {
                 let (patch, ix, iy) = s.place(i);
@@ -181,7 +182,7 @@ impl<'a> Stepper<'a> {
             })
             .collect();
         let mut new = Self {
-            feet: s.patches.iter().map(|p| feet(&p.x, travel)).collect(),
+            feet: all_feet(s, &settings.drive, settings.scheme.step),
             passing: RoughnessGap::smooth(s),
             model,
             settings,
@@ -262,8 +263,7 @@ impl<'a> Stepper<'a> {
     pub fn restart(&mut self, step: f64, state: State) -> Result<()> {
         self.settings.scheme.step = step;
         self.settings.scheme.check(&[])?;
-        let travel = self.settings.drive.speed * step;
-        self.feet = self.model.interface.patches.iter().map(|p| feet(&p.x, travel)).collect();
+        self.feet = all_feet(self.model.interface, &self.settings.drive, step);
         self.put(state)
     }
 
@@ -350,14 +350,17 @@ impl<'a> Stepper<'a> {
         let v_seen = if self.impact == Impact::Rigid { self.shapes.seen(&v_free) } else { Vec::new() };
         let drive = &self.settings.drive;
         let mut total = [None; 3];
-        let mut creep = [0.0; 2];
-        for c in 0..2 {
-            match &drive.tangential[c] {
-                Tangential::Creep(history) => creep[c] = history.at(t + 0.5 * h),
-                Tangential::Force(history) => total[c] = Some(history.at(t + h)),
+        // Creep along x and y, and spin, of each patch.
+        let mut creeps = vec![([0.0; 2], 0.0); drive.patches.len()];
+        for (patch, (creep, spin)) in drive.patches.iter().zip(&mut creeps) {
+            for c in 0..2 {
+                match &patch.tangential[c] {
+                    Tangential::Creep(history) => creep[c] = history.at(t + 0.5 * h),
+                    Tangential::Force(history) => total[c] = Some(history.at(t + h)),
+                }
             }
+            *spin = patch.spin.at(t + 0.5 * h);
         }
-        let spin = drive.spin.at(t + 0.5 * h);
         let (approach, rate) = match &drive.normal {
             Normal::Force(history) => {
                 total[2] = Some(history.at(t + h));
@@ -384,12 +387,13 @@ impl<'a> Stepper<'a> {
             for a in 0..core {
                 let i = ws.nodes[a];
                 let ([x, y], own) = ws.at[a];
+                let (creep, spin) = creeps[self.model.interface.patch_of(i)];
                 let foot = self.foot_value(a);
                 let rigid = [creep[0] - spin * y + own[0], creep[1] + spin * x + own[1]];
                 for c in 0..2 {
                     b[3 * a + c] += h * rigid[c] - foot[c];
                 }
-                let gap = b[3 * a + 2] + self.passing.after[i] - approach;
+                let gap = b[3 * a + 2] + self.passing.after[i] - self.approach(i, approach);
                 gaps.push(gap);
                 let closes = touching.as_ref().map_or(gap <= 0.0, |t| t[i]);
                 b[3 * a + 2] = match self.impact {
@@ -397,7 +401,7 @@ impl<'a> Stepper<'a> {
                     Impact::Rigid if !closes && self.massive => FAR,
                     Impact::Rigid if !closes => f64::INFINITY,
                     Impact::Rigid => {
-                        let rate = rate + self.passing.raised(i) / h;
+                        let rate = self.approach(i, rate) + self.passing.raised(i) / h;
                         theta * h * (dot(&ws.psi[rank * (3 * a + 2)..][..rank], &v_seen) - rate)
                     }
                 };
@@ -489,6 +493,11 @@ impl<'a> Stepper<'a> {
         self.massive.then(|| (0..n).map(pressed).collect())
     }
 
+    /// Approach at node `i` by the rigid motion `motion`, m; or the rate of the one by that of the other.
+    fn approach(&self, i: usize, motion: f64) -> f64 {
+        self.settings.drive.factors[self.model.interface.patch_of(i)] * motion
+    }
+
     /// A gap that is negative by rounding alone, m.
     fn rounding(&self, shift: f64) -> f64 {
         -1e-12 * (shift.abs() + self.widest)
@@ -516,10 +525,11 @@ impl<'a> Stepper<'a> {
             let mean: [f64; 3] = std::array::from_fn(|c| gamma * r[c] + (1.0 - gamma) * old[c]);
             old.copy_from_slice(r);
             friction -= mean[0] * slip[0] + mean[1] * slip[1];
-            let nearer = sunk + self.passing.raised(i);
+            let nearer = self.approach(i, sunk) + self.passing.raised(i);
             drive +=
                 mean[2] * nearer - mean[0] * (slip[0] - (now[0] - then[0])) - mean[1] * (slip[1] - (now[1] - then[1]));
-            rolling -= mean[2] * self.settings.drive.speed * h * self.slope[i];
+            let speed = self.settings.drive.patches[self.model.interface.patch_of(i)].speed;
+            rolling -= mean[2] * speed * h * self.slope[i];
             impact -= mean[2] * (now[2] - then[2] - nearer);
             report.force[0] += r[0];
             report.force[1] += r[1];
@@ -623,6 +633,11 @@ impl<'a> Stepper<'a> {
         dense::add_scattered(&responses, &mut response);
         (guess, Some(response))
     }
+}
+
+/// Feet of the grid columns of each patch in steps of `step`, s.
+fn all_feet(s: &Interface, drive: &Loading, step: f64) -> Vec<Vec<Option<DeparturePoint>>> {
+    s.patches.iter().zip(&drive.patches).map(|(p, drive)| feet(&p.x, drive.speed * step)).collect()
 }
 
 /// Nodes with a pressure, ascending.

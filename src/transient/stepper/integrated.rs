@@ -34,7 +34,7 @@ impl Stepper<'_> {
             ));
         }
         let patch = s.single("contact.quadrature \"consistent\"")?;
-        let way = self.settings.drive.speed * self.settings.scheme.step;
+        let way = self.settings.drive.patches[0].speed * self.settings.scheme.step;
         self.integrated = Some(Integrated {
             surface: Surface::new(patch),
             rho: Augmentation { normal: rho.normal, tangential: rho.tangential / way },

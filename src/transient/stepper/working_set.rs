@@ -125,7 +125,8 @@ impl Stepper<'_> {
             [true, false, false] if !own => UpwindReconstruction::Line,
             _ => UpwindReconstruction::of(h, closed, || {
                 let gap = |k: usize| self.passing.before[ws.nodes[near[k]]];
-                [1, 2].map(|k| gap(k) - self.state.approach + ws.u[3 * near[k] + 2])
+                let approach = self.approach(ws.nodes[a], self.state.approach);
+                [1, 2].map(|k| gap(k) - approach + ws.u[3 * near[k] + 2])
             }),
         };
         course.value(travel, h)
@@ -145,8 +146,10 @@ impl Stepper<'_> {
         let gap = &self.passing.after;
         let shift = solution.shift[2] - approach;
         let limit = self.rounding(shift);
+        let drive = &self.settings.drive;
+        let shifted = |i: usize| drive.factors[s.patch_of(i)] * shift;
         let mut entering: Vec<usize> = (ws.core..ws.nodes.len())
-            .filter(|&a| gap[ws.nodes[a]] + shift + free[ws.normal(a)] + response[ws.normal(a)] < limit)
+            .filter(|&a| gap[ws.nodes[a]] + shifted(ws.nodes[a]) + free[ws.normal(a)] + response[ws.normal(a)] < limit)
             .map(|a| ws.nodes[a])
             .collect();
         if !entering.is_empty() {
@@ -158,7 +161,8 @@ impl Stepper<'_> {
             // Smooth bodies take no time.
             let passed = if self.passing.is_rough() { passed.fold(0.0, f64::max) } else { 0.0 };
             let by = moved(&o.reach[0], q, &o.q) + moved(&o.reach[1], &solution.reaction, &o.reaction) + passed;
-            if then > by + (shift - o.shift).abs() {
+            let most = drive.factors.iter().fold(0.0f64, |m, n| m.max(n.abs()));
+            if then > by + most * (shift - o.shift).abs() {
                 return entering;
             }
         }
@@ -172,7 +176,7 @@ impl Stepper<'_> {
                     elastic[c] += col[3 * j + c] * r[c];
                 }
             }
-            let now = gap[i] + shift + elastic.iter().sum::<f64>() + dot(self.shapes.row(3 * i + 2), &seen);
+            let now = gap[i] + shifted(i) + elastic.iter().sum::<f64>() + dot(self.shapes.row(3 * i + 2), &seen);
             nearest = nearest.min(now);
             if now < limit {
                 entering.push(i);
