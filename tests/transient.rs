@@ -354,9 +354,8 @@ impl Squeal {
             interface: &self.interface,
             compliance: self.pair.influence().into(),
             friction: self.law.clone(),
-            speed: self.speed,
-            creepage,
-            load: NormalLoad::Force(self.load),
+            kinematics: PatchKinematics::one(self.speed, creepage),
+            loads: NormalLoad::Force(self.load).into(),
             stencil: Stencil::Edge,
             tolerance: 1e-10,
             max_iterations: 200,
@@ -717,13 +716,13 @@ fn rubbed(squeal: &Squeal, step: f64, theta: f64, swing: f64) -> (Vec<f64>, f64)
     let load = NormalLoad::Approach(pressed.motions[0]);
     let mut settings = squeal.settings(Creepage::default(), load, step, ContactSolver::Newton);
     settings.scheme.theta = theta;
-    settings.drive.speed = 0.0;
+    settings.drive.patches[0].speed = 0.0;
     let wave = |mean: f64, size: f64, frequency: f64| {
         let table: Vec<[f64; 2]> =
             (0..=200).map(|i| i as f64 * 2e-5).map(|t| [t, mean + size * (2.0 * PI * frequency * t).sin()]).collect();
         History::table("wave", &table, end).unwrap()
     };
-    settings.drive.tangential[1] = Tangential::Creep(wave(0.0, 0.05, 300.0));
+    settings.drive.patches[0].tangential[1] = Tangential::Creep(wave(0.0, 0.05, 300.0));
     settings.drive.normal = Normal::Approach(wave(pressed.motions[0], swing * pressed.motions[0], 250.0));
     let mut stepper = Stepper::new(squeal.model(), settings, start).unwrap();
     for _ in 0..(end / step).round() as usize {

@@ -9,7 +9,7 @@ use super::surfaces;
 use crate::body::half_space::HalfSpace;
 use crate::contact::half_space_estimate::PatchEstimate;
 use crate::contact::{Creepage, SPIN_SPACINGS};
-use crate::grid::{Interface, Patch};
+use crate::grid::{ContactPatch, Interface};
 use crate::job::{Job, Load, ModesExtent};
 use crate::mesh::attitude::Attitude;
 use crate::mesh::{quality, Mesh};
@@ -297,7 +297,7 @@ pub(crate) fn contact(job: &Job, s: &Interface) -> Result<PreflightReport> {
 
 /// Remark on a grid that is coarse for the spin of the job, with the spacing along x at the node `lowest`.
 fn coarse_for_spin(creepage: Creepage, s: &Interface, lowest: usize, half: [f64; 2]) -> Option<String> {
-    let (Patch { x, .. }, ix, _) = s.place(lowest);
+    let (ContactPatch { x, .. }, ix, _) = s.place(lowest);
     let ix = ix.clamp(1, x.len() - 1);
     let spacing = x[ix] - x[ix - 1];
     // As at 1 mm on the paper's cylinders, and a little beyond what is taken by default.

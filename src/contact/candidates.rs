@@ -55,7 +55,7 @@ pub(super) struct Resultant {
     /// Shares of the stresses (tx, ty, p) of the nodes, `[m]`.
     pub share: Vec<[f64; 3]>,
     pub target: f64,
-    /// What an error is measured by.
+    /// Measure of an error.
     pub scale: f64,
 }
 
@@ -396,7 +396,8 @@ impl<'a> Candidates<'a> {
     /// First guess of the tractions for the pressures in `x`, `[3m]`, whose tractions are zero, by the simplified
     /// theory of rolling contact (J. J. Kalker's FASTSIM, Vehicle System Dynamics 11 (1982)): along each line from
     /// the leading edge on t grows by −ṡ Δx/(V L) and is cut at μp. The flexibility L is the one at which a traction
-    /// proportional to the pressure of a patch has on average the gradient of w that it has in truth (`friction`: μ of each
+    /// proportional to the pressure of a patch has on average the gradient of w that it has in truth (`friction`: μ of
+    /// each
     /// candidate, `[m]`): with w = L t and elliptic stresses, L = −2⟨ṡ x⟩/(V p_max).
     pub fn guess_tractions(&self, problem: &SteadyProblem<'_>, friction: &[f64], x: &mut [f64], y: &[f64]) {
         let m = self.nodes.len();

@@ -131,8 +131,8 @@ impl<'a> DeferredSteady<'a> {
         self.assumed = next;
     }
 
-    /// Relevant part of a displacement: that of the closed nodes less its mean along the surface on each patch, and less
-    /// what the unknown motions take up along the normal.
+    /// Relevant part of a displacement: that of the closed nodes less its mean along the surface on each patch, and
+    /// less what the unknown motions take up along the normal.
     fn counting(&self, d: &[f64]) -> Vec<f64> {
         let s = self.problem.interface;
         let closed: Vec<usize> = match &self.proposed {

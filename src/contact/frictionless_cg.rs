@@ -7,7 +7,7 @@ use super::linear::{NormalBlock, NormalFactor, OfAll, LARGE};
 use super::loads::{Loads, NormalLoad};
 use super::normal::{first_guess, NormalSolution};
 use crate::dense::{add_scattered, dot};
-use crate::grid::{Interface, Patch};
+use crate::grid::{ContactPatch, Interface};
 use crate::model::Convolution;
 
 /// Residual at which it is good enough, as a part of the approach.
@@ -22,7 +22,7 @@ const LIMIT: usize = 300;
 /// A normal problem on the way to its solution.
 pub(super) struct FrictionlessSolution<'a, 's> {
     s: &'s Interface,
-    patch: &'s Patch,
+    patch: &'s ContactPatch,
     load: NormalLoad,
     /// Gaps of `nodes`, m, `[m]`.
     gap: Vec<f64>,
@@ -156,7 +156,7 @@ impl<'a, 's> FrictionlessSolution<'a, 's> {
             motions: vec![self.approach],
         };
         // A node at the edge of those that were looked at has neighbours that were not.
-        let all = |i: usize| self.patch.around(i, 1).all(|j| self.nodes.binary_search(&j).is_ok());
+        let all = |i: usize| self.patch.neighbours(i, 1).all(|j| self.nodes.binary_search(&j).is_ok());
         let sound = solution.force.iter().all(|f| f.is_finite()) && solution.closed.iter().all(|&i| all(i));
         (sound && !solution.closed.is_empty()).then_some(solution)
     }
@@ -288,11 +288,11 @@ impl<'a, 's> FrictionlessSolution<'a, 's> {
 }
 
 /// The nodes of `set` (ascending) and those about it, ascending: as far as a tenth of its breadth, three at the least.
-fn near(patch: &Patch, set: &[usize]) -> Vec<usize> {
+fn near(patch: &ContactPatch, set: &[usize]) -> Vec<usize> {
     let reach = 3.max((set.len() as f64).sqrt() as usize / 10);
     let mut mark = vec![false; patch.len()];
     for &i in set {
-        patch.around(i, reach).for_each(|j| mark[j - patch.first] = true);
+        patch.neighbours(i, reach).for_each(|j| mark[j - patch.first] = true);
     }
     patch.nodes().filter(|i| mark[i - patch.first]).collect()
 }

@@ -2,7 +2,7 @@
 
 use super::law::LinearEdge;
 use super::upwind_reconstruction::UpwindReconstruction;
-use crate::grid::{Interface, Patch};
+use crate::grid::{ContactPatch, Interface};
 
 /// How ∂w/∂x is taken at a node from the node itself and its upstream neighbours (those with smaller x).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -89,7 +89,7 @@ impl PatchKinematics {
 }
 
 impl Interface {
-    /// Rigid creep of node `i` per unit speed of its patch, 1, where the patches roll as `kinematics` says, `[patches]`.
+    /// Rigid creep of node `i` per unit speed of its patch, 1; the patches roll as `kinematics` says, `[patches]`.
     pub(super) fn rigid(&self, kinematics: &[PatchKinematics], i: usize) -> [f64; 2] {
         let [x, y] = self.point(i);
         kinematics[self.patch_of(i)].creepage.rigid(x, y)
@@ -108,7 +108,7 @@ impl Interface {
         let mut inside = vec![false; self.len()];
         closed.iter().for_each(|&i| inside[i] = true);
         let edge = |(at, &i): (usize, &usize)| {
-            let (Patch { x, .. }, ix, _) = self.place(i);
+            let (ContactPatch { x, .. }, ix, _) = self.place(i);
             if ix < 2 {
                 return None;
             }
@@ -154,7 +154,7 @@ impl Interface {
             let [a, b, c] = course.derivative(h);
             [(i, a), (i - 1, b), (i - 2, c)]
         };
-        let of = |p: &Patch| p.nodes().map(|i| row(&p.x, i, p.indices(i).0)).collect::<Vec<_>>();
+        let of = |p: &ContactPatch| p.nodes().map(|i| row(&p.x, i, p.indices(i).0)).collect::<Vec<_>>();
         Upstream { rows: self.patches.iter().flat_map(of).collect() }
     }
 
@@ -205,7 +205,7 @@ mod tests {
         for st in [Stencil::Upwind1, Stencil::Upwind2, Stencil::Edge] {
             let d = s.upstream(st, None);
             for i in 0..s.len() {
-                let (Patch { x, .. }, ix, _) = s.place(i);
+                let (ContactPatch { x, .. }, ix, _) = s.place(i);
                 let got = d.at(i, |j| 3.0 - 2.0 * s.point(j)[0]);
                 assert!((got + 2.0).abs() < 1e-12, "node {i} {st:?}: {got}");
                 if ix >= 2 && st != Stencil::Upwind1 {

@@ -213,8 +213,8 @@ impl Loads {
     }
 }
 
-/// Solves the small system of `matrix`, by rows, for `rhs`, in place, by elimination with pivots by rows; false where it
-/// is singular.
+/// Solves the small system of `matrix`, by rows, for `rhs`, in place, by elimination with pivots; false where it is
+/// singular.
 pub(super) fn solve_small(matrix: &mut [f64], rhs: &mut [f64]) -> bool {
     let n = rhs.len();
     for k in 0..n {
@@ -251,7 +251,8 @@ mod tests {
         assert_eq!(forces(NormalLoad::Force(1.75)), (vec![1.0, 0.75], vec![3.0]));
     }
 
-    /// Springs of 1 and 0.5 m/N under 0.6 N vertically, at normals with the cosines 0.6 and 0.8: z (0.36 + 1.28) = 0.82.
+    /// Springs of 1 and 0.5 m/N under 0.82 N vertically, at normals with the cosines 0.6 and 0.8: z (0.36 + 1.28) is
+    /// the load.
     #[test]
     fn a_shared_motion_presses_each_patch_by_its_angle() {
         let loads = Loads::vertical(&[(0.6f64).acos(), -(0.8f64).acos()], NormalLoad::Force(0.82));

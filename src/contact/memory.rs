@@ -3,11 +3,11 @@
 use super::interface::PatchKinematics;
 use super::law::size;
 use crate::friction::{FrictionLaw, Relaxation};
-use crate::grid::{Interface, Patch};
+use crate::grid::{ContactPatch, Interface};
 
 /// The coefficient of friction at the nodes of an interface, `[n]`: along each line of the grid from the leading edge
-/// on, at the rolling speeds of `kinematics`, `[patches]`, where `velocity` (m/s) is that of the sliding at the `closed` nodes. Open
-/// nodes have the coefficient at rest.
+/// on, at the rolling speeds of `kinematics`, `[patches]`, where `velocity` (m/s) is that of the sliding at the
+/// `closed` nodes. Open nodes have the coefficient at rest.
 pub(super) fn coefficients(
     law: &FrictionLaw,
     s: &Interface,
@@ -29,7 +29,7 @@ pub(super) fn coefficients(
 }
 
 /// Time that the material takes from the grid column upstream to the column `ix`, s.
-fn passage(patch: &Patch, speed: f64, ix: usize) -> f64 {
+fn passage(patch: &ContactPatch, speed: f64, ix: usize) -> f64 {
     let ix = ix.max(1);
     (patch.x[ix] - patch.x[ix - 1]) / speed
 }
@@ -63,8 +63,8 @@ pub(super) struct Sliding {
     pub friction: f64,
 }
 
-/// The memories of the closed `nodes`, ascending, of an interface whose patches roll as `kinematics` says. Nodes in stick take part
-/// where nodes upstream of them slide: they hand on what these have changed.
+/// The memories of the closed `nodes`, ascending, of an interface whose patches roll as `kinematics` says. Nodes in
+/// stick take part where nodes upstream of them slide: they hand on what these have changed.
 pub(super) fn linear(
     law: &FrictionLaw,
     s: &Interface,

@@ -6,7 +6,7 @@ use faer::{Mat, Side};
 use super::active_set::settle;
 use super::influence::Influence;
 use super::loads::{LoadedMotion, Loads, NormalLoad};
-use crate::grid::{Interface, Patch};
+use crate::grid::{ContactPatch, Interface};
 use crate::{Error, Result};
 
 /// Solution of the normal problem.
@@ -119,7 +119,7 @@ pub(super) fn undetermined() -> Error {
 }
 
 /// Contact modulus E* (Pa) at the node of `patch` nearest to the smallest gap: Love's solution for a loaded rectangle.
-pub(super) fn contact_modulus(w: Influence<'_>, s: &Interface, patch: &Patch) -> f64 {
+pub(super) fn contact_modulus(w: Influence<'_>, s: &Interface, patch: &ContactPatch) -> f64 {
     let i = lowest(s, patch);
     let (nx, ny) = (patch.x.len(), patch.y.len());
     let (ix, iy) = patch.indices(i);
@@ -132,7 +132,7 @@ pub(super) fn contact_modulus(w: Influence<'_>, s: &Interface, patch: &Patch) ->
 }
 
 /// The node of the smallest gap of `patch`.
-pub(super) fn lowest(s: &Interface, patch: &Patch) -> usize {
+pub(super) fn lowest(s: &Interface, patch: &ContactPatch) -> usize {
     patch.nodes().min_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b])).unwrap_or(patch.first)
 }
 

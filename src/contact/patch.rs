@@ -3,7 +3,7 @@
 use super::influence::Influence;
 use super::loads::{Loads, NormalLoad};
 use super::normal::{contact_modulus, lowest};
-use crate::grid::{Interface, Patch};
+use crate::grid::{ContactPatch, Interface};
 use crate::{Error, Result};
 
 /// A contact that would need a patch this many times as large has flat surfaces.
@@ -30,7 +30,8 @@ pub(super) fn refuse_border(w: Influence<'_>, s: &Interface, loads: &Loads, clos
         )));
     }
     Err(Error::Job(format!(
-        "contact.patch{named}: the contact reaches the border of the patch at x = {:.4e} m, y = {:.4e} m. The patch has \
+        "contact.patch{named}: the contact reaches the border of the patch at x = {:.4e} m, y = {:.4e} m. The patch \
+         has \
          half_length {:.4e} m and half_width {:.4e} m; this load needs about half_length {:.4e} m and \
          half_width {:.4e} m: \
          enlarge contact.patch.half_length and contact.patch.half_width to these, or the groups \"contact\" of \
@@ -46,7 +47,7 @@ pub(super) fn refuse_border(w: Influence<'_>, s: &Interface, loads: &Loads, clos
 
 /// Half sizes (m) of a patch that holds the contact with a margin of a fifth: Hertz on the curvatures fitted to the gap
 /// and the modulus of the compliance, with the axes of the ellipse in the approximation a/b = (κy/κx)^(2/3).
-fn needed_half_sizes(w: Influence<'_>, s: &Interface, patch: &Patch, load: NormalLoad) -> [f64; 2] {
+fn needed_half_sizes(w: Influence<'_>, s: &Interface, patch: &ContactPatch, load: NormalLoad) -> [f64; 2] {
     let low = lowest(s, patch);
     let (ix, iy) = patch.indices(low);
     let (x0, y0) = (s.point(low)[0], s.point(low)[1]);

@@ -10,7 +10,7 @@ use super::newton::{self, Effort, Reached};
 use super::patch::refuse_border;
 use super::start::{self, Begun};
 use crate::friction::FrictionLaw;
-use crate::grid::{Interface, Patch};
+use crate::grid::{ContactPatch, Interface};
 use crate::{Error, Result};
 
 /// A steady rolling contact problem on an interface of n nodes.
@@ -119,7 +119,7 @@ impl PatchResultant {
     /// Resultants of the nodal reactions (tx, ty, p), N, `[3n]`, on the patches of `s` with the approaches `approach`,
     /// m, `[patches]`.
     pub fn of_patches(s: &Interface, reaction: &[f64], approach: &[f64]) -> Vec<Self> {
-        let of = |(patch, &approach): (&Patch, &f64)| {
+        let of = |(patch, &approach): (&ContactPatch, &f64)| {
             let mut sum = Self { approach, ..Self::default() };
             for (i, f) in patch.nodes().map(|i| (i, &reaction[3 * i..3 * i + 3])) {
                 let [x, y] = s.point(i);
@@ -288,7 +288,7 @@ impl<'a> SteadyProblem<'a> {
         for (j, motion) in self.loads.motions.iter().enumerate().filter(|(j, _)| self.loads.is_lifted(*j)) {
             motions[j] = 0.0;
             let approach = self.approaches(&motions);
-            let reach = |(c, p): (usize, &Patch)| {
+            let reach = |(c, p): (usize, &ContactPatch)| {
                 let gaps = p.nodes().map(|i| s.gap[i] + u[3 * i + 2] - approach[c]);
                 gaps.fold(f64::INFINITY, f64::min) / motion.factors[c]
             };
@@ -303,7 +303,7 @@ impl<'a> SteadyProblem<'a> {
         let s = self.interface;
         let mut mark = vec![false; s.len()];
         for &i in set {
-            s.place(i).0.around(i, 1).for_each(|j| mark[j] = true);
+            s.place(i).0.neighbours(i, 1).for_each(|j| mark[j] = true);
         }
         (0..s.len()).filter(|&i| mark[i]).collect()
     }

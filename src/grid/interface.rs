@@ -7,7 +7,7 @@ use std::ops::Range;
 /// One contact patch: a rectilinear grid of nodes in the frame of its own contact, whose origin is the contact point.
 /// Its nodes are contiguous on the interface: grid node `(ix, iy)` is node `first + ix + nx*iy`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Patch {
+pub struct ContactPatch {
     /// Longitudinal node positions, m, ascending, `[nx]`. Smaller x is upstream (ahead of the contact). Of points
     /// their numbers.
     pub x: Vec<f64>,
@@ -17,7 +17,7 @@ pub struct Patch {
     pub first: usize,
 }
 
-impl Patch {
+impl ContactPatch {
     /// Number of nodes, nx·ny.
     pub fn len(&self) -> usize {
         self.x.len() * self.y.len()
@@ -45,7 +45,7 @@ impl Patch {
     }
 
     /// Nodes at most `reach` grid lines from node `i` of the interface, itself among them, ascending.
-    pub fn around(&self, i: usize, reach: usize) -> impl Iterator<Item = usize> + '_ {
+    pub fn neighbours(&self, i: usize, reach: usize) -> impl Iterator<Item = usize> + '_ {
         let (ix, iy) = self.indices(i);
         let near = move |k: usize, n: usize| k.saturating_sub(reach)..(k + reach + 1).min(n);
         near(iy, self.y.len()).flat_map(move |jy| near(ix, self.x.len()).map(move |jx| self.node(jx, jy)))
@@ -58,7 +58,7 @@ impl Patch {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Interface {
     /// The patches, in the order of their nodes; one of points.
-    pub patches: Vec<Patch>,
+    pub patches: Vec<ContactPatch>,
     /// Gap of the undeformed bodies at zero approach, m, `[n]`.
     pub gap: Vec<f64>,
     /// Tangential displacement difference (x, y) that does not come from the reactions, m, `[n]`: none between
@@ -90,7 +90,7 @@ impl Interface {
         }
         let weight = wy.iter().flat_map(|b| wx.iter().map(move |a| a * b)).collect();
         let shift = vec![[0.0; 2]; gap.len()];
-        Ok(Self { patches: vec![Patch { x, y, first: 0 }], gap, shift, weight, creep: Vec::new() })
+        Ok(Self { patches: vec![ContactPatch { x, y, first: 0 }], gap, shift, weight, creep: Vec::new() })
     }
 
     /// Contact points with their gaps (m, `[n]`) and rigid creeps (m/s, `[n]`), each of the area 1, so that pressures
@@ -102,7 +102,7 @@ impl Interface {
         }
         let n = gap.len();
         let x = (0..n).map(|i| i as f64).collect();
-        let patches = vec![Patch { x, y: vec![0.0], first: 0 }];
+        let patches = vec![ContactPatch { x, y: vec![0.0], first: 0 }];
         Ok(Self { patches, gap, shift: vec![[0.0; 2]; n], weight: vec![1.0; n], creep })
     }
 
@@ -118,7 +118,7 @@ impl Interface {
         let first = parts.next().ok_or_else(|| Error::Defect("interface: no parts to join".into()))?;
         Ok(parts.fold(first, |mut all, part| {
             let offset = all.len();
-            all.patches.extend(part.patches.into_iter().map(|p| Patch { first: offset + p.first, ..p }));
+            all.patches.extend(part.patches.into_iter().map(|p| ContactPatch { first: offset + p.first, ..p }));
             all.gap.extend(part.gap);
             all.shift.extend(part.shift);
             all.weight.extend(part.weight);
@@ -127,7 +127,7 @@ impl Interface {
     }
 
     /// The patch, where there is one alone; `what` names in the error what cannot be done with several.
-    pub fn single(&self, what: &str) -> Result<&Patch> {
+    pub fn single(&self, what: &str) -> Result<&ContactPatch> {
         self.only().ok_or_else(|| {
             Error::Job(format!(
                 "{what} takes one contact patch so far, and there are {}; leave it out, or examine each patch alone",
@@ -137,7 +137,7 @@ impl Interface {
     }
 
     /// The patch, where there is one alone.
-    pub fn only(&self) -> Option<&Patch> {
+    pub fn only(&self) -> Option<&ContactPatch> {
         match &self.patches[..] {
             [patch] => Some(patch),
             _ => None,
@@ -150,7 +150,7 @@ impl Interface {
     }
 
     /// The patch of node `i` with the grid indices (ix, iy) of the node there.
-    pub fn place(&self, i: usize) -> (&Patch, usize, usize) {
+    pub fn place(&self, i: usize) -> (&ContactPatch, usize, usize) {
         let patch = &self.patches[self.patch_of(i)];
         let (ix, iy) = patch.indices(i);
         (patch, ix, iy)
@@ -280,8 +280,8 @@ mod tests {
             let (p, ix, iy) = both.place(i);
             assert_eq!((p.node(ix, iy), p), (i, &both.patches[patch]));
         }
-        assert_eq!(both.patches[1].around(22, 1).collect::<Vec<_>>(), [18, 19, 20, 21, 22, 23, 24, 25, 26]);
-        assert_eq!(both.patches[1].around(18, 1).collect::<Vec<_>>(), [18, 19, 21, 22]);
+        assert_eq!(both.patches[1].neighbours(22, 1).collect::<Vec<_>>(), [18, 19, 20, 21, 22, 23, 24, 25, 26]);
+        assert_eq!(both.patches[1].neighbours(18, 1).collect::<Vec<_>>(), [18, 19, 21, 22]);
         assert_eq!(small.only(), Some(&small.patches[0]));
         let error = both.single("analyses.creep_curve").unwrap_err();
         assert!(

@@ -10,7 +10,7 @@ mod rotating;
 
 use crate::body::half_space::HalfSpace;
 use crate::body::{ReducedBody, Side};
-use crate::grid::{Interface, Patch};
+use crate::grid::{ContactPatch, Interface};
 use crate::job::{self, Job};
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -244,7 +244,8 @@ fn adapt(
 /// Collective: the interface of rank 0 on every rank.
 pub fn shared(world: &World, root: Option<&Interface>) -> Result<Interface> {
     let list = |of: &dyn Fn(&Interface) -> Vec<f64>| world.broadcast(root.map(of).unwrap_or_default());
-    let lines = |of: &dyn Fn(&Patch) -> &Vec<f64>| list(&|s| s.patches.iter().flat_map(|p| of(p).clone()).collect());
+    let lines =
+        |of: &dyn Fn(&ContactPatch) -> &Vec<f64>| list(&|s| s.patches.iter().flat_map(|p| of(p).clone()).collect());
     let (x, y, gap) = (lines(&|p| &p.x), lines(&|p| &p.y), list(&|s| s.gap.clone()));
     let shape = |s: &Interface| s.patches.iter().flat_map(|p| [p.x.len() as u64, p.y.len() as u64]).collect();
     let shape: Vec<u64> = world.broadcast(root.map(shape).unwrap_or_default());

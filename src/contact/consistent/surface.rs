@@ -1,6 +1,6 @@
 //! The shape functions of an interface, the points of quadrature of its cells, and its consistent matrix H = ∫NᵀN.
 
-use crate::grid::Patch;
+use crate::grid::ContactPatch;
 use crate::quadrature::GAUSS_3;
 
 /// The points of quadrature of a cell: the shape functions of its corners (0, 0), (1, 0), (0, 1), (1, 1) there, and
@@ -23,7 +23,7 @@ pub struct Surface {
 
 impl Surface {
     /// Surface of a patch.
-    pub fn new(s: &Patch) -> Self {
+    pub fn new(s: &ContactPatch) -> Self {
         let lengths = [&s.x, &s.y].map(|line| line.windows(2).map(|w| w[1] - w[0]).collect::<Vec<f64>>());
         let inverse = [inverse_of_line(&lengths[0]), inverse_of_line(&lengths[1])];
         let rule = std::array::from_fn(|k| {
