@@ -7,7 +7,7 @@
 use std::time::Instant;
 
 use railsqueal::body::half_space::HalfSpace;
-use railsqueal::contact::{Continuation, Creepage, Influence, NormalLoad, SteadyProblem, Stencil};
+use railsqueal::contact::{Continuation, Creepage, Influence, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
 use railsqueal::friction::FrictionLaw;
 use railsqueal::grid::Interface;
 use railsqueal::model::{combined_compliance, Convolution};
@@ -23,9 +23,10 @@ fn main() {
     let steel = HalfSpace { young: 205e9, poisson: 0.3 };
     let soft = HalfSpace { young: 70e9, poisson: 0.2 };
     let interface = Interface::paraboloid(31, 31, [9.4e-3, 9.4e-3], [2.0, 2.0]).unwrap();
-    let [a, b] = [steel, soft].map(|body| body.compliance(&interface.x, &interface.y).unwrap());
+    let [a, b] = [steel, soft].map(|body| body.compliance(&interface.patches[0].x, &interface.patches[0].y).unwrap());
     let w = combined_compliance(a.as_ref(), b.as_ref()).unwrap();
-    let [a, b] = [steel, soft].map(|m| Convolution::of_half_space(&m, &interface.x, &interface.y).unwrap().unwrap());
+    let [a, b] = [steel, soft]
+        .map(|m| Convolution::of_half_space(&m, &interface.patches[0].x, &interface.patches[0].y).unwrap().unwrap());
     let convolution = Convolution::combined(&a, &b).unwrap();
     curve(begun, "matrix", &interface, w.as_ref().into());
     curve(begun, "convolution", &interface, (&convolution).into());
@@ -38,9 +39,8 @@ fn curve(begun: Instant, kind: &str, interface: &Interface, compliance: Influenc
         interface,
         compliance,
         friction: FrictionLaw::Constant(0.3),
-        speed: 10.0,
-        creepage: at(0.0),
-        load: NormalLoad::Force(70e3),
+        kinematics: PatchKinematics::one(10.0, at(0.0)),
+        loads: NormalLoad::Force(70e3).into(),
         stencil: Stencil::default(),
         tolerance: 1e-8,
         max_iterations: 200,
@@ -50,7 +50,8 @@ fn curve(begun: Instant, kind: &str, interface: &Interface, compliance: Influenc
     println!("   eta      cpu_s   iterations products");
     for eta in values.iter().skip(9).step_by(10) {
         let start = cpu(begun);
-        let found = SteadyProblem { creepage: at(*eta), ..problem.clone() }.solve().unwrap();
+        let found =
+            SteadyProblem { kinematics: PatchKinematics::one(10.0, at(*eta)), ..problem.clone() }.solve().unwrap();
         let time = cpu(begun) - start;
         singles += time;
         work = [work[0] + found.iterations, work[1] + found.products];
@@ -66,7 +67,8 @@ fn curve(begun: Instant, kind: &str, interface: &Interface, compliance: Influenc
     for tolerance in [1e-8, 1e-6] {
         let start = cpu(begun);
         let mut curve = Continuation::new(SteadyProblem { tolerance, ..problem.clone() });
-        let found: Vec<_> = values.iter().map(|eta| curve.solve(at(*eta)).unwrap()).collect();
+        let found: Vec<_> =
+            values.iter().map(|eta| curve.solve(PatchKinematics::one(10.0, at(*eta))).unwrap()).collect();
         let time = cpu(begun) - start;
         let iterations: usize = found.iter().map(|s| s.iterations).sum();
         let products: usize = found.iter().map(|s| s.products).sum();

@@ -17,7 +17,9 @@ use railsqueal::body::modes::{self, Extent};
 use railsqueal::body::rotation::{centrifugal, ModalRotation, RotationForms};
 use railsqueal::body::statics::Statics;
 use railsqueal::body::FullSystem;
-use railsqueal::contact::{Creepage, LinearContact, NormalLoad, SlidingDirection, SlidingProblem, Stencil};
+use railsqueal::contact::{
+    Creepage, LinearContact, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem, Stencil,
+};
 use railsqueal::eigen::sparse::Method;
 use railsqueal::fem::rotation::Axis;
 use railsqueal::fem::Material;
@@ -162,9 +164,8 @@ fn sliding(world: &World, petsc: &Petsc, bodies: &[FeBody], interface: Option<In
         interface: &interface,
         compliance: w.as_ref(),
         friction: FrictionLaw::Constant(0.3),
-        speed: 10.0,
-        creepage: Creepage { longitudinal: 0.0, lateral: 0.01, spin: 0.0 },
-        load: NormalLoad::Force(70e3),
+        kinematics: PatchKinematics::one(10.0, Creepage { longitudinal: 0.0, lateral: 0.01, spin: 0.0 }),
+        loads: NormalLoad::Force(70e3).into(),
         stencil: Stencil::default(),
         direction: SlidingDirection::Rigid,
     };

@@ -11,7 +11,7 @@ use std::time::Instant;
 
 use faer::Mat;
 use railsqueal::body::half_space::HalfSpace;
-use railsqueal::contact::{Creepage, Influence, NormalLoad, SteadyProblem, SteadySolution, Stencil};
+use railsqueal::contact::{Creepage, Influence, NormalLoad, PatchKinematics, SteadyProblem, SteadySolution, Stencil};
 use railsqueal::grid::Interface;
 use railsqueal::model::{combined_compliance, Convolution};
 
@@ -56,9 +56,8 @@ fn problem<'a>(interface: &'a Interface, compliance: Influence<'a>, creepage: Cr
         interface,
         compliance,
         friction: railsqueal::friction::FrictionLaw::Constant(0.3),
-        speed: 10.0,
-        creepage,
-        load: NormalLoad::Force(LOAD),
+        kinematics: PatchKinematics::one(10.0, creepage),
+        loads: NormalLoad::Force(LOAD).into(),
         stencil: Stencil::default(),
         tolerance: 1e-8,
         max_iterations: 200,
@@ -66,12 +65,13 @@ fn problem<'a>(interface: &'a Interface, compliance: Influence<'a>, creepage: Cr
 }
 
 fn dense(s: &Interface) -> Mat<f64> {
-    let [steel, soft] = [STEEL, SOFT].map(|m| m.compliance(&s.x, &s.y).unwrap());
+    let [steel, soft] = [STEEL, SOFT].map(|m| m.compliance(&s.patches[0].x, &s.patches[0].y).unwrap());
     combined_compliance(steel.as_ref(), soft.as_ref()).unwrap()
 }
 
 fn convolution(s: &Interface) -> Convolution {
-    let [steel, soft] = [STEEL, SOFT].map(|m| Convolution::of_half_space(&m, &s.x, &s.y).unwrap().unwrap());
+    let [steel, soft] =
+        [STEEL, SOFT].map(|m| Convolution::of_half_space(&m, &s.patches[0].x, &s.patches[0].y).unwrap().unwrap());
     Convolution::combined(&steel, &soft).unwrap()
 }
 
@@ -91,7 +91,7 @@ fn hybrid(s: &Interface) -> Convolution {
         like * (size[i / 3] * size[j / 3]).sqrt()
     });
     let w = dense(s) + &pi * a * pi.transpose();
-    Convolution::found_in(w.as_ref(), &s.x, &s.y).unwrap()
+    Convolution::found_in(w.as_ref(), &s.patches[0].x, &s.patches[0].y).unwrap()
 }
 
 const HEAD: &str =

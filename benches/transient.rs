@@ -20,7 +20,9 @@ use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, Par};
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::body::{ModalMatrix, ReducedBody};
-use railsqueal::contact::{Creepage, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem, Stencil};
+use railsqueal::contact::{
+    Creepage, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem, SteadyProblem, Stencil,
+};
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
@@ -197,7 +199,8 @@ fn half_spaces() {
     let (load, speed) = (70e3, 10.0);
     let s = Interface::paraboloid(15, 15, [7e-3; 2], [4.0; 2]).expect("interface");
     let n = s.len();
-    let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).expect("compliance");
+    let steel =
+        HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.patches[0].x, &s.patches[0].y).expect("compliance");
     let residual = combined_compliance(steel.as_ref(), steel.as_ref()).expect("both");
     // As many modes as 60 of each body, from 400 Hz to 7.5 kHz; each moves the contact as a whole and tilts it.
     let count = 120;
@@ -225,9 +228,8 @@ fn half_spaces() {
             interface: &s,
             compliance: statics.as_ref().into(),
             friction: friction.clone(),
-            speed,
-            creepage,
-            load: NormalLoad::Force(load),
+            kinematics: PatchKinematics::one(speed, creepage),
+            loads: NormalLoad::Force(load).into(),
             stencil: Stencil::Edge,
             tolerance: 1e-9,
             max_iterations: 200,
@@ -235,8 +237,9 @@ fn half_spaces() {
         let rest = steady.solve().expect("steady state");
         let reaction = nodal(&s, &rest.pressure, &rest.traction);
         for (energy, moves) in [(0.0, "steady rolling"), (0.1, "strongly shaken")] {
-            let settings = settings(friction.clone(), rest.approach, creepage, speed);
-            let start = State::at_rest(&model, &reaction, rest.approach).remembering(&rest.friction).shaken(1, energy);
+            let settings = settings(friction.clone(), rest.motions[0], creepage, speed);
+            let start =
+                State::at_rest(&model, &reaction, rest.motions[0]).remembering(&rest.friction).shaken(1, energy);
             let mut stepper = Stepper::new(model.clone(), settings, start).expect("stepper");
             for _ in 0..500 {
                 stepper.advance().expect("step");
@@ -298,9 +301,8 @@ fn squeal(path: &str) {
         interface: s,
         compliance: case.pair.compliance.as_ref(),
         friction: case.friction.clone(),
-        speed: case.speed,
-        creepage: case.creepage,
-        load: NormalLoad::Force(case.load),
+        kinematics: PatchKinematics::one(case.speed, case.creepage),
+        loads: NormalLoad::Force(case.load).into(),
         stencil: Stencil::default(),
         direction: SlidingDirection::Actual,
     };
@@ -319,12 +321,12 @@ fn squeal(path: &str) {
     let move_of =
         |row: usize| mode.modal.iter().enumerate().map(|(k, z)| z * psi[(row, k)]).sum::<num_complex::Complex<f64>>();
     let largest = (0..3 * s.len()).map(|row| move_of(row).norm()).fold(0.0, f64::max);
-    let start = State::at_rest(&model, &nodal(s, &rest.pressure, &rest.traction), rest.approach).perturbed(
+    let start = State::at_rest(&model, &nodal(s, &rest.pressure, &rest.traction), rest.motions[0]).perturbed(
         &mode.modal,
         mode.value,
         1e-5 / largest,
     );
-    let settings = settings(case.friction.clone(), rest.approach, case.creepage, case.speed);
+    let settings = settings(case.friction.clone(), rest.motions[0], case.creepage, case.speed);
     let mut stepper = Stepper::new(model.clone(), settings.clone(), start).expect("stepper");
     stepper.settle().expect("start");
     let until: f64 = argument("--until").map_or(0.4, |v| v.parse().expect("seconds"));
@@ -336,7 +338,7 @@ fn squeal(path: &str) {
         // Stick and loss of contact fall into different parts of a cycle. All neighbours of closed nodes become
         // candidates: a pressure that is not quite 0 brings them in.
         let mut start = stepper.state().clone();
-        let nx = s.x.len();
+        let nx = s.patches[0].x.len();
         for i in (0..s.len()).filter(|&i| stepper.state().reaction[3 * i + 2] > 0.0) {
             for j in [i - nx, i - 1, i + 1, i + nx] {
                 start.reaction[3 * j + 2] = start.reaction[3 * j + 2].max(f64::MIN_POSITIVE);

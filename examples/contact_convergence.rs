@@ -3,7 +3,7 @@
 //! stencil. Grids by argument (nodes per contact radius), default 6 8 10 12 16 20 24.
 
 use railsqueal::body::half_space::HalfSpace;
-use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
+use railsqueal::contact::{Creepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
 
@@ -27,7 +27,7 @@ fn main() {
         let n = 2 * (k + 2) + 1;
         let side = (k + 2) as f64 / k as f64;
         let unit = Interface::paraboloid(n, n, [side, side], [4.0, 4.0]).expect("grid");
-        let c = material.compliance(&unit.x, &unit.y).expect("compliance");
+        let c = material.compliance(&unit.patches[0].x, &unit.patches[0].y).expect("compliance");
         let w = combined_compliance(c.as_ref(), c.as_ref()).expect("compliance");
         for (table, &(_, load, [xi, eta, phi])) in tables.iter_mut().zip(&cases) {
             let a = (0.75 * load / (0.5 * material.plane() * 4.0)).cbrt();
@@ -38,9 +38,8 @@ fn main() {
                     interface: &s,
                     compliance: w.as_ref().into(),
                     friction: railsqueal::friction::FrictionLaw::Constant(0.3),
-                    speed: 10.0,
-                    creepage: Creepage { longitudinal: xi, lateral: eta, spin: phi },
-                    load: NormalLoad::Force(load),
+                    kinematics: PatchKinematics::one(10.0, Creepage { longitudinal: xi, lateral: eta, spin: phi }),
+                    loads: NormalLoad::Force(load).into(),
                     stencil,
                     tolerance: 1e-8,
                     max_iterations: 200,

@@ -4,7 +4,7 @@
 use faer::Mat;
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::contact::consistent::{augmentation, ConsistentSolution, ConsistentSteady, Surface};
-use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
+use railsqueal::contact::{Creepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
@@ -34,7 +34,7 @@ impl Pair {
     fn of(nx: usize, ny: usize, h: f64, curvature: [f64; 2]) -> Self {
         let half = [nx, ny].map(|n| 0.5 * (n - 1) as f64 * h);
         let interface = Interface::paraboloid(nx, ny, half, curvature).unwrap();
-        let one = STEEL.compliance(&interface.x, &interface.y).unwrap();
+        let one = STEEL.compliance(&interface.patches[0].x, &interface.patches[0].y).unwrap();
         let w = combined_compliance(one.as_ref(), one.as_ref()).unwrap();
         Self { interface, w }
     }
@@ -45,9 +45,8 @@ impl Pair {
             interface: &self.interface,
             compliance: self.w.as_ref().into(),
             friction: FrictionLaw::Constant(MU),
-            speed: 10.0,
-            creepage: Creepage { longitudinal, lateral, spin },
-            load: NormalLoad::Force(LOAD),
+            kinematics: PatchKinematics::one(10.0, Creepage { longitudinal, lateral, spin }),
+            loads: NormalLoad::Force(LOAD).into(),
             stencil: Stencil::default(),
             tolerance: 1e-9,
             max_iterations: 200,
@@ -91,7 +90,7 @@ fn normal_contact_is_hertz() {
             off(closed, area),
             off(found.area[0], area),
             off(peak, P0),
-            off(found.solution.approach, 95.43e-6),
+            off(found.solution.motions[0], 95.43e-6),
         ]);
         // Forces are integrals of what is projected: none pulls, and they carry the load.
         assert!(found.solution.pressure.iter().all(|&p| p >= 0.0));
@@ -143,7 +142,7 @@ fn what_depends_on_the_augmentation_vanishes_with_the_grid() {
         let pair = Pair::new(h);
         let found = [0.1, 1.0, 10.0].map(|scale| {
             let found = pair.solve([0.0, 0.003, 0.0], scale).solution;
-            [found.force[1] / (MU * LOAD), found.approach / 95.43e-6]
+            [found.force[1] / (MU * LOAD), found.motions[0] / 95.43e-6]
         });
         [0, 1].map(|k| {
             let all = found.map(|f| f[k]);
@@ -160,7 +159,7 @@ fn a_turned_contact_is_the_same() {
     let free = |pair: &Pair| {
         let problem = SteadyProblem {
             friction: FrictionLaw::Constant(0.0),
-            load: NormalLoad::Force(20e3),
+            loads: NormalLoad::Force(20e3).into(),
             ..pair.problem([0.0, 0.01, 0.0])
         };
         let found = ConsistentSteady::new(problem).solve().unwrap();
@@ -178,7 +177,7 @@ fn a_turned_contact_is_the_same() {
             seen += usize::from(p > 0.1 * P0);
         }
     }
-    assert!(seen > 20 && (a.solution.approach / b.solution.approach - 1.0).abs() < 1e-8);
+    assert!(seen > 20 && (a.solution.motions[0] / b.solution.motions[0] - 1.0).abs() < 1e-8);
 }
 
 #[test]
@@ -188,24 +187,24 @@ fn what_it_is_not_for_is_refused() {
         SteadyProblem { friction: Exponential::new(0.4, 0.25, 0.2).into(), ..pair.problem([0.0, 0.003, 0.0]) };
     assert!(matches!(ConsistentSteady::new(falling).solve(), Err(Error::Job(m)) if m.contains("contact.quadrature")));
     // The contact lies within, but no more than by its neighbours.
-    let heavy = SteadyProblem { load: NormalLoad::Force(280e3), ..pair.problem([0.0; 3]) };
+    let heavy = SteadyProblem { loads: NormalLoad::Force(280e3).into(), ..pair.problem([0.0; 3]) };
     assert!(matches!(ConsistentSteady::new(heavy).solve(), Err(Error::Job(m)) if m.contains("contact.patch")));
-    let open = SteadyProblem { load: NormalLoad::Approach(-1e-6), ..pair.problem([0.0; 3]) };
+    let open = SteadyProblem { loads: NormalLoad::Approach(-1e-6).into(), ..pair.problem([0.0; 3]) };
     assert_eq!(ConsistentSteady::new(open).solve().unwrap().area, [0.0; 2]);
 }
 
 /// ∫Nᵀ of the projections of equation (3) over all cells, written down once more: `u` (x, y, n) at the nodes.
 fn projected(s: &Interface, surface: &Surface, forces: &[f64], u: &[f64], rho: [f64; 2]) -> Vec<f64> {
     let stress = surface.field(forces);
-    let nx = s.x.len();
+    let nx = s.patches[0].x.len();
     let mut out = vec![0.0; forces.len()];
     let root = 0.6f64.sqrt();
     let gauss = [(-root, 5.0 / 18.0), (0.0, 8.0 / 18.0), (root, 5.0 / 18.0)];
-    for iy in 0..s.y.len() - 1 {
+    for iy in 0..s.patches[0].y.len() - 1 {
         for ix in 0..nx - 1 {
             let i = ix + nx * iy;
             let corners = [i, i + 1, i + nx, i + nx + 1];
-            let area = (s.x[ix + 1] - s.x[ix]) * (s.y[iy + 1] - s.y[iy]);
+            let area = (s.patches[0].x[ix + 1] - s.patches[0].x[ix]) * (s.patches[0].y[iy + 1] - s.patches[0].y[iy]);
             for (x, v) in gauss {
                 for (y, w) in gauss {
                     let (a, b) = (0.5 * (1.0 + x), 0.5 * (1.0 + y));
@@ -253,17 +252,17 @@ fn rolling(
     };
     let problem = pair.problem(along);
     let load = match load {
-        NormalLoad::Approach(_) => NormalLoad::Approach(found.solution.approach),
+        NormalLoad::Approach(_) => NormalLoad::Approach(found.solution.motions[0]),
         force => force,
     };
     let settings = Settings {
-        scheme: Scheme { step: 0.5e-3 / problem.speed, theta: 0.5 },
+        scheme: Scheme { step: 0.5e-3 / problem.kinematics[0].speed, theta: 0.5 },
         friction: FrictionLaw::Constant(MU),
         solver: ContactSolver::Newton,
         tolerance: 1e-10,
-        drive: Loading::constant(load, problem.creepage, problem.speed),
+        drive: Loading::constant(load, problem.kinematics[0].creepage, problem.kinematics[0].speed),
     };
-    let start = State::at_rest(&model, &reaction, found.solution.approach);
+    let start = State::at_rest(&model, &reaction, found.solution.motions[0]);
     let mut stepper = Stepper::new(model, settings, start).unwrap().consistent(augmentation(&problem)).unwrap();
     with(&mut stepper, &found);
 }
@@ -283,7 +282,7 @@ fn steady_rolling_goes_on() {
             let peak = top(before.iter().skip(2).step_by(3).copied());
             println!("full sliding: moved by {:.2e} of the largest force", off / peak);
             assert!(off < 1e-3 * peak, "{off} of {peak} N");
-            assert!((stepper.state().approach / found.solution.approach - 1.0).abs() < 1e-6);
+            assert!((stepper.state().approach / found.solution.motions[0] - 1.0).abs() < 1e-6);
             assert_eq!(stepper.report().stick, 0);
         });
     }
@@ -306,7 +305,7 @@ fn a_step_is_the_fixed_point_of_the_paper() {
             stepper.advance().unwrap();
         }
         let n = pair.interface.len();
-        let surface = Surface::new(&pair.interface);
+        let surface = Surface::new(&pair.interface.patches[0]);
         let rho = augmentation(&pair.problem([0.0; 3]));
         let rho = [rho.normal, rho.tangential / 0.5e-3];
         let posed = stepper.posed().unwrap();

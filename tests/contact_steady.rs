@@ -3,7 +3,9 @@
 
 use faer::Mat;
 use railsqueal::body::half_space::HalfSpace;
-use railsqueal::contact::{Continuation, Creepage, NormalLoad, SteadyProblem, SteadySolution, Stencil};
+use railsqueal::contact::{
+    Continuation, Creepage, NormalLoad, PatchKinematics, SteadyProblem, SteadySolution, Stencil,
+};
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::{combined_compliance, Convolution};
@@ -30,7 +32,7 @@ impl Pair {
         let n = 2 * (k + 2) + 1;
         let half = a * (k + 2) as f64 / k as f64;
         let interface = Interface::paraboloid(n, n, [half, half], [4.0, 4.0]).unwrap();
-        let [c1, c2] = [lower, upper].map(|m| m.compliance(&interface.x, &interface.y).unwrap());
+        let [c1, c2] = [lower, upper].map(|m| m.compliance(&interface.patches[0].x, &interface.patches[0].y).unwrap());
         let w = combined_compliance(c1.as_ref(), c2.as_ref()).unwrap();
         Self { interface, w, a, load }
     }
@@ -40,9 +42,8 @@ impl Pair {
             interface: &self.interface,
             compliance: self.w.as_ref().into(),
             friction: FrictionLaw::Constant(MU),
-            speed: 10.0,
-            creepage: Creepage { longitudinal: xi, lateral: eta, spin: phi },
-            load: NormalLoad::Force(self.load),
+            kinematics: PatchKinematics::one(10.0, Creepage { longitudinal: xi, lateral: eta, spin: phi }),
+            loads: NormalLoad::Force(self.load).into(),
             stencil: Stencil::default(),
             tolerance: 1e-8,
             max_iterations: 200,
@@ -57,8 +58,8 @@ impl Pair {
 
     /// Node (ix, iy) counted from the centre.
     fn at(&self, ix: isize, iy: isize) -> usize {
-        let nx = self.interface.x.len() as isize;
-        let ny = self.interface.y.len() as isize;
+        let nx = self.interface.patches[0].x.len() as isize;
+        let ny = self.interface.patches[0].y.len() as isize;
         (nx / 2 + ix + nx * (ny / 2 + iy)) as usize
     }
 }
@@ -84,7 +85,7 @@ fn normal_contact_is_hertz() {
         let pair = Pair::new(STEEL, STEEL, load, 12);
         let s = pair.solve(0.0, 0.0, 0.0);
         near(s.force[2], -load, 1e-8, "force");
-        near(s.approach, approach, 1e-3, "approach");
+        near(s.motions[0], approach, 1e-3, "approach");
         near(s.pressure.iter().copied().fold(0.0, f64::max), p0, 2e-3, "largest pressure");
         let area: f64 = (0..s.state.len()).filter(|&i| s.state[i] > 0).map(|i| pair.interface.weight[i]).sum();
         near((area / std::f64::consts::PI).sqrt(), a, 0.02, "radius");
@@ -107,7 +108,7 @@ fn centre_of_the_pressure_follows_the_gap() {
     let mut pair = Pair::new(STEEL, STEEL, 70e3, 6);
     let middle = pair.solve(0.0, 0.003, 0.0).centre(&pair.interface);
     assert!(middle.iter().all(|x| x.abs() < 1e-9), "{middle:?} m");
-    let step = pair.interface.x[1] - pair.interface.x[0];
+    let step = pair.interface.patches[0].x[1] - pair.interface.patches[0].x[0];
     let gap = (0..pair.interface.len()).map(|i| {
         let [x, y] = pair.interface.point(i);
         2.0 * ((x - step).powi(2) + (y + 0.5 * step).powi(2))
@@ -215,7 +216,7 @@ fn spin_converges_with_the_square_of_the_spacing() {
         let (h, reach) = (pair.a / k, k.ceil() as usize + 2);
         let (n, half) = (2 * reach + 1, h * reach as f64);
         pair.interface = Interface::paraboloid(n, n, [half, half], [4.0, 4.0]).unwrap();
-        let c = STEEL.compliance(&pair.interface.x, &pair.interface.y).unwrap();
+        let c = STEEL.compliance(&pair.interface.patches[0].x, &pair.interface.patches[0].y).unwrap();
         pair.w = combined_compliance(c.as_ref(), c.as_ref()).unwrap();
         pair.solve(0.0, 0.0, 0.4).force[1] / (MU * 70e3)
     };
@@ -249,7 +250,7 @@ fn symmetries_of_unlike_bodies() {
     let p0 = s.pressure.iter().copied().fold(0.0, f64::max);
     // Mirror y → −y.
     let m = pair.solve(1e-3, 2e-3, -0.3);
-    let (nx, ny) = (pair.interface.x.len(), pair.interface.y.len());
+    let (nx, ny) = (pair.interface.patches[0].x.len(), pair.interface.patches[0].y.len());
     let mirror = |i: usize| i % nx + nx * (ny - 1 - i / nx);
     let d = largest_difference(&s.traction, |i| [m.traction[mirror(i)][0], -m.traction[mirror(i)][1]]);
     assert!(d < 1e-7 * p0, "mirror image differs by {d} Pa");
@@ -259,7 +260,7 @@ fn symmetries_of_unlike_bodies() {
     let e = other.solve(-1e-3, 2e-3, -0.3);
     let d = largest_difference(&s.traction, |i| [-e.traction[i][0], -e.traction[i][1]]);
     assert!(d < 1e-7 * p0, "after the exchange of bodies the traction differs by {d} Pa");
-    near(e.approach, s.approach, 1e-9, "approach after the exchange");
+    near(e.motions[0], s.motions[0], 1e-9, "approach after the exchange");
     // Unlike bodies: normal and tangential are coupled, so reversing the creepages alone is no symmetry here…
     let r = pair.solve(-1e-3, 2e-3, -0.3);
     let d = largest_difference(&s.traction, |i| [-r.traction[i][0], -r.traction[i][1]]);
@@ -301,7 +302,8 @@ fn falling_friction_takes_the_coefficient_at_the_local_creep() {
         for i in (0..s.pressure.len()).filter(|&i| s.state[i] > 0) {
             // What the material brought and what it learned on the way from the node upstream.
             let before = if s.state[i - 1] > 0 { mu } else { 0.4 };
-            let (v, spacing) = (s.creep[i][0].hypot(s.creep[i][1]), pair.interface.x[1] - pair.interface.x[0]);
+            let (v, spacing) =
+                (s.creep[i][0].hypot(s.creep[i][1]), pair.interface.patches[0].x[1] - pair.interface.patches[0].x[0]);
             let kept = (-v.max(1e-3) * spacing / (10.0 * 2e-5)).exp();
             mu = kept * before + (1.0 - kept) * law.coefficient(v);
             assert!((s.friction[i] - mu).abs() < 1e-12, "node {i}: {} against {mu}", s.friction[i]);
@@ -314,7 +316,7 @@ fn falling_friction_takes_the_coefficient_at_the_local_creep() {
             } else {
                 slipping += 1;
                 let [x, y] = pair.interface.point(i);
-                let rigid = p.creepage.rigid(x, y);
+                let rigid = p.kinematics[0].creepage.rigid(x, y);
                 spread = spread.max((law.coefficient(10.0 * rigid[0].hypot(rigid[1])) - law.coefficient(v)).abs());
                 let bound = s.friction[i] * s.pressure[i];
                 assert!((size - bound).abs() < 1e-7 * peak, "slip at node {i}: |t| = {size}, mu p = {bound}");
@@ -381,7 +383,7 @@ fn bulk_compliance_only_shifts_the_approach() {
     let mut p = pair.problem(1e-3, -2e-3, 0.3);
     p.compliance = w.as_ref().into();
     let b = p.solve().unwrap();
-    near(b.approach, s.approach + bulk * 70e3, 1e-8, "approach");
+    near(b.motions[0], s.motions[0] + bulk * 70e3, 1e-8, "approach");
     let d = largest_difference(&s.traction, |i| b.traction[i]);
     assert!(d < 1e-6 * 1e9, "traction moved by {d} Pa");
 }
@@ -391,25 +393,25 @@ fn approach_given_equals_load_given_and_speed_only_scales_the_creep() {
     let pair = Pair::new(STEEL, SOFT, 70e3, 6);
     let s = pair.solve(1e-3, -2e-3, 0.3);
     let mut p = pair.problem(1e-3, -2e-3, 0.3);
-    p.load = NormalLoad::Approach(s.approach);
-    p.speed = 20.0;
+    p.loads = NormalLoad::Approach(s.motions[0]).into();
+    p.kinematics[0].speed = 20.0;
     let b = p.solve().unwrap();
     // The upstream difference takes the leading edge from the frictionless contact, which at this approach carries a
     // little less than at this load.
     near(b.force[2], -70e3, 1e-4, "force");
     near(b.force[1], s.force[1], 1e-4, "lateral force");
-    p.load = NormalLoad::Force(70e3);
+    p.loads = NormalLoad::Force(70e3).into();
     let b = p.solve().unwrap();
     let d = largest_difference(&b.creep, |i| s.creep[i].map(|v| 2.0 * v));
     assert!(d < 1e-7, "creep at twice the speed: {d} m/s");
     let like = Pair::new(STEEL, STEEL, 70e3, 6);
     let s = like.solve(1e-3, -2e-3, 0.3);
     let mut p = like.problem(1e-3, -2e-3, 0.3);
-    p.load = NormalLoad::Approach(s.approach);
+    p.loads = NormalLoad::Approach(s.motions[0]).into();
     let b = p.solve().unwrap();
     near(b.force[2], -70e3, 1e-7, "force of like bodies");
     near(b.force[1], s.force[1], 1e-7, "lateral force of like bodies");
-    p.load = NormalLoad::Approach(-1e-6);
+    p.loads = NormalLoad::Approach(-1e-6).into();
     let open = p.solve().unwrap();
     assert_eq!(open.force, [0.0; 3]);
     assert!(open.state.iter().all(|&v| v == 0) && open.gap.iter().all(|&g| g >= 1e-6));
@@ -427,9 +429,9 @@ fn unlike_bodies_agree_with_marching_in_time() {
     let s = p.solve().unwrap();
     assert!(s.state.contains(&1) && s.state.contains(&2), "the case must hold stick and slip");
 
-    let (n, nx) = (pair.interface.len(), pair.interface.x.len());
-    let dx = pair.interface.x[1] - pair.interface.x[0];
-    let c = p.creepage;
+    let (n, nx) = (pair.interface.len(), pair.interface.patches[0].x.len());
+    let dx = pair.interface.patches[0].x[1] - pair.interface.patches[0].x[0];
+    let c = p.kinematics[0].creepage;
     let w = |i: usize, j: usize| pair.w[(i, j)];
     let mut r = vec![0.0f64; 3 * n];
     let mut u = vec![0.0f64; 3 * n];
@@ -448,7 +450,7 @@ fn unlike_bodies_agree_with_marching_in_time() {
                         change = change.max(d.abs());
                     }
                 };
-                let g = pair.interface.gap[i] - s.approach + u[3 * i + 2];
+                let g = pair.interface.gap[i] - s.motions[0] + u[3 * i + 2];
                 let k = 3 * i + 2;
                 let value = (r[k] - g / w(k, k)).max(0.0);
                 set(k, value, &mut r, &mut u);
@@ -488,17 +490,19 @@ fn unlike_bodies_agree_with_marching_in_time() {
 fn bad_problems_are_refused_with_a_reason() {
     let pair = Pair::new(STEEL, STEEL, 70e3, 5);
     let good = pair.problem(1e-3, 1e-3, 0.1);
+    let rolling = good.kinematics[0];
     let fails = |p: SteadyProblem<'_>| p.solve().err();
     let job = |p: SteadyProblem<'_>, word: &str| match fails(p) {
         Some(Error::Job(m)) => assert!(m.contains(word), "{m}"),
         other => panic!("{word}: {other:?}"),
     };
-    job(SteadyProblem { speed: 0.0, ..good.clone() }, "contact.speed");
+    job(SteadyProblem { kinematics: PatchKinematics::one(0.0, rolling.creepage), ..good.clone() }, "contact.speed");
     job(SteadyProblem { friction: FrictionLaw::Constant(f64::NAN), ..good.clone() }, "contact.friction");
-    job(SteadyProblem { load: NormalLoad::Force(-1.0), ..good.clone() }, "contact.normal_load");
-    job(SteadyProblem { creepage: Creepage { spin: f64::INFINITY, ..good.creepage }, ..good.clone() }, "spin");
+    job(SteadyProblem { loads: NormalLoad::Force(-1.0).into(), ..good.clone() }, "contact.normal_load");
+    let turning = PatchKinematics::one(rolling.speed, Creepage { spin: f64::INFINITY, ..rolling.creepage });
+    job(SteadyProblem { kinematics: turning, ..good.clone() }, "spin");
     // Four times the load needs a patch 1.59 times as large.
-    match fails(SteadyProblem { load: NormalLoad::Force(280e3), ..good.clone() }) {
+    match fails(SteadyProblem { loads: NormalLoad::Force(280e3).into(), ..good.clone() }) {
         Some(Error::Job(m)) => {
             assert!(m.contains("contact.patch.half_length") && m.contains("contact.patch.half_width"), "{m}");
             let told = m.split("needs about half_length ").nth(1).unwrap().split(' ').next().unwrap();
@@ -520,6 +524,12 @@ fn bad_problems_are_refused_with_a_reason() {
 
 /// A curve gone through point by point, up from rest, down again and with a jump, has at every point the solution
 /// that there is from nothing.
+/// The rolling of `problem` with the lateral creepage `eta`.
+fn lateral(problem: &SteadyProblem<'_>, eta: f64) -> Vec<PatchKinematics> {
+    let PatchKinematics { speed, creepage } = problem.kinematics[0];
+    PatchKinematics::one(speed, Creepage { lateral: eta, ..creepage })
+}
+
 #[test]
 fn a_curve_by_continuation_is_made_of_single_solutions() {
     let c = Pair::new(STEEL, SOFT, 70e3, 8);
@@ -528,15 +538,15 @@ fn a_curve_by_continuation_is_made_of_single_solutions() {
         let mut curve = Continuation::new(problem.clone());
         let up = (0..=24).map(|i| 0.0005 * f64::from(i));
         for eta in up.chain([0.011, 0.007, 0.0069, -0.003, -0.004]) {
-            let creepage = Creepage { lateral: eta, ..problem.creepage };
-            let found = curve.solve(creepage).unwrap();
-            let alone = SteadyProblem { creepage, ..problem.clone() }.solve().unwrap();
+            let kinematics = lateral(&problem, eta);
+            let found = curve.solve(kinematics.clone()).unwrap();
+            let alone = SteadyProblem { kinematics, ..problem.clone() }.solve().unwrap();
             assert_eq!(found.state, alone.state, "{law} at {eta}");
             assert!(found.residual <= 1e-10);
             let peak = alone.pressure.iter().copied().fold(0.0, f64::max);
             let apart = largest_difference(&found.traction, |i| alone.traction[i]);
             assert!(apart < 1e-8 * peak, "{law} at {eta}: tractions differ by {apart:e} of {peak:e}");
-            assert!((found.approach - alone.approach).abs() < 1e-9 * alone.approach);
+            assert!((found.motions[0] - alone.motions[0]).abs() < 1e-9 * alone.motions[0]);
         }
     }
 }
@@ -551,9 +561,9 @@ fn a_curve_at_its_own_residual_has_the_forces() {
         let mut curve = Continuation::new(SteadyProblem { tolerance: 1e-6, ..exact.clone() });
         let mut most = 0.0f64;
         for eta in (0..=30).chain((0..30).rev()).map(|i| 0.0004 * f64::from(i)) {
-            let creepage = Creepage { lateral: eta, ..exact.creepage };
-            let found = curve.solve(creepage).unwrap();
-            let alone = SteadyProblem { creepage, ..exact.clone() }.solve().unwrap();
+            let kinematics = lateral(&exact, eta);
+            let found = curve.solve(kinematics.clone()).unwrap();
+            let alone = SteadyProblem { kinematics, ..exact.clone() }.solve().unwrap();
             let off = (0..3).map(|k| (found.force[k] - alone.force[k]).abs()).fold(0.0, f64::max);
             most = most.max(off / 70e3);
         }
@@ -563,7 +573,8 @@ fn a_curve_at_its_own_residual_has_the_forces() {
 
 /// Compliance of a pair of half-spaces, by offsets.
 fn convolution(s: &Interface, lower: HalfSpace, upper: HalfSpace) -> Convolution {
-    let [lower, upper] = [lower, upper].map(|m| Convolution::of_half_space(&m, &s.x, &s.y).unwrap().unwrap());
+    let [lower, upper] =
+        [lower, upper].map(|m| Convolution::of_half_space(&m, &s.patches[0].x, &s.patches[0].y).unwrap().unwrap());
     Convolution::combined(&lower, &upper).unwrap()
 }
 
@@ -585,12 +596,18 @@ fn a_convolution_has_the_solution_of_its_matrix() {
         (if i == j { 1.0 } else { 0.2 }) * (size[i / 3] * size[j / 3]).sqrt()
     });
     let hybrid = &pair.w + &pi * whole * pi.transpose();
-    for (w, c) in
-        [(&pair.w, convolution(s, STEEL, SOFT)), (&hybrid, Convolution::found_in(hybrid.as_ref(), &s.x, &s.y).unwrap())]
-    {
+    for (w, c) in [
+        (&pair.w, convolution(s, STEEL, SOFT)),
+        (&hybrid, Convolution::found_in(hybrid.as_ref(), &s.patches[0].x, &s.patches[0].y).unwrap()),
+    ] {
         for (xi, eta, phi) in [(0.0, 0.0, 0.0), (0.001, -0.002, 0.3), (-0.004, 0.004, -0.2), (0.0, 0.0005, 0.8)] {
             for load in [NormalLoad::Force(70e3), NormalLoad::Approach(9e-5)] {
-                let of = |w| SteadyProblem { compliance: w, load, tolerance: 1e-12, ..pair.problem(xi, eta, phi) };
+                let of = |w| SteadyProblem {
+                    compliance: w,
+                    loads: load.into(),
+                    tolerance: 1e-12,
+                    ..pair.problem(xi, eta, phi)
+                };
                 let [a, b] = [of(w.as_ref().into()), of((&c).into())].map(|p| p.solve().unwrap());
                 let peak = a.pressure.iter().copied().fold(0.0, f64::max);
                 let off = |x: f64, y: f64| (x - y).abs() / peak;
@@ -602,7 +619,7 @@ fn a_convolution_has_the_solution_of_its_matrix() {
                     .fold(0.0, f64::max);
                 assert!(worst < 1e-10, "{xi} {eta} {phi} {load:?}: stresses differ by {worst:e}");
                 assert_eq!(a.state, b.state, "{xi} {eta} {phi} {load:?}");
-                near(b.approach, a.approach, 1e-10, "approach");
+                near(b.motions[0], a.motions[0], 1e-10, "approach");
                 near(b.force[2], a.force[2], 1e-10, "normal force");
                 let [x, y] = [0, 1].map(|k| (a.force[k] - b.force[k]).abs() / a.force[2].abs());
                 assert!(x.max(y) < 1e-10, "{xi} {eta} {phi} {load:?}: forces differ by {x:e} {y:e}");
@@ -623,9 +640,8 @@ fn many_nodes_need_no_matrix() {
         interface: &s,
         compliance: (&c).into(),
         friction: FrictionLaw::Constant(MU),
-        speed: 10.0,
-        creepage: Creepage { longitudinal: 0.0, lateral: eta, spin: phi },
-        load: NormalLoad::Force(load),
+        kinematics: PatchKinematics::one(10.0, Creepage { longitudinal: 0.0, lateral: eta, spin: phi }),
+        loads: NormalLoad::Force(load).into(),
         stencil: Stencil::default(),
         tolerance: 1e-8,
         max_iterations: 200,

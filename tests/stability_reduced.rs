@@ -6,8 +6,8 @@ use num_complex::Complex;
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::body::{ModalMatrix, ReducedBody, Side};
 use railsqueal::contact::{
-    Creepage, LinearContact, LinearMemory, LinearNode, NormalLoad, SlidingDirection, SlidingProblem, Slip,
-    SteadyProblem, Stencil, Tangent,
+    Creepage, LinearContact, LinearMemory, LinearNode, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem,
+    Slip, SteadyProblem, Stencil, Tangent,
 };
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
@@ -298,7 +298,7 @@ fn body(material: HalfSpace, s: &Interface, frequencies: &[f64], offset: f64) ->
             _ => f(2.0) + offset * f(1.1) + 6.0 * f(0.9) * x + 5.0 * f(1.6) * y,
         }
     });
-    let mut compliance = material.compliance(&s.x, &s.y).unwrap();
+    let mut compliance = material.compliance(&s.patches[0].x, &s.patches[0].y).unwrap();
     for k in 0..m {
         for j in 0..3 * n {
             for i in 0..3 * n {
@@ -325,9 +325,8 @@ fn problem<'a>(s: &'a Interface, b: &'a CoupledModel, mu: f64, c: [f64; 3]) -> S
         interface: s,
         compliance: b.compliance.as_ref(),
         friction: FrictionLaw::Constant(mu),
-        speed: 10.0,
-        creepage: Creepage { longitudinal: c[0], lateral: c[1], spin: c[2] },
-        load: NormalLoad::Force(70e3),
+        kinematics: PatchKinematics::one(10.0, Creepage { longitudinal: c[0], lateral: c[1], spin: c[2] }),
+        loads: NormalLoad::Force(70e3).into(),
         stencil: Stencil::default(),
         direction: SlidingDirection::Rigid,
     }
@@ -351,7 +350,7 @@ fn equilibrium_of_sliding_obeys_its_laws() {
     let mut closed = 0;
     for i in 0..s.len() {
         let [x, y] = s.point(i);
-        let c = p.creepage.rigid(x, y);
+        let c = p.kinematics[0].creepage.rigid(x, y);
         let v = c[0].hypot(c[1]);
         for (got, c) in r.traction[i].iter().zip(c) {
             let want = -0.4 * r.pressure[i] * c / v;
@@ -369,7 +368,7 @@ fn equilibrium_of_sliding_obeys_its_laws() {
     // The same with the creep of the deformed bodies: the direction is then that of the creep.
     let mut a = p.clone();
     a.direction = SlidingDirection::Actual;
-    a.creepage = Creepage { longitudinal: 0.008, lateral: -0.03, spin: 0.2 };
+    a.kinematics[0].creepage = Creepage { longitudinal: 0.008, lateral: -0.03, spin: 0.2 };
     let r = a.solve().unwrap();
     for (j, &i) in r.closed.iter().enumerate() {
         let (t, c) = (r.direction[j], r.creep[i]);
@@ -377,10 +376,10 @@ fn equilibrium_of_sliding_obeys_its_laws() {
         assert!(across.abs() < 1e-8, "node {i}: creep {c:?} across {t:?}");
     }
     // Too little creepage: some nodes would stick.
-    a.creepage = Creepage { longitudinal: 0.0, lateral: 0.001, spin: 0.0 };
+    a.kinematics[0].creepage = Creepage { longitudinal: 0.0, lateral: 0.001, spin: 0.0 };
     assert!(matches!(a.solve(), Err(Error::Job(m)) if m.contains("stick")));
     let mut none = p.clone();
-    none.creepage = Creepage::default();
+    none.kinematics[0].creepage = Creepage::default();
     assert!(matches!(none.solve(), Err(Error::Job(m)) if m.contains("direction of sliding")));
 }
 
@@ -391,14 +390,14 @@ fn convection_is_the_speed_times_the_slope() {
     let one = body(STEEL, &s, &LOWER, 0.4);
     let b = CoupledModel::new(&one, &one).unwrap();
     let mut p = problem(&s, &b, 0.3, [0.02, 0.0, 0.0]);
-    p.speed = 7.0;
+    p.kinematics[0].speed = 7.0;
     for stencil in [Stencil::Edge, Stencil::Upwind1] {
         p.stencil = stencil;
         let contact = p.contact(&p.solve().unwrap());
         let rows = || contact.nodes.iter().map(|n| n.convection.iter());
         let slopes = rows().map(|row| row.map(|&(j, v)| v * s.point(j)[0]).sum::<f64>());
         let sums = rows().map(|row| row.map(|&(_, v)| v).sum::<f64>());
-        let spacing = s.x[1] - s.x[0];
+        let spacing = s.patches[0].x[1] - s.patches[0].x[0];
         for (i, (slope, sum)) in slopes.zip(sums).enumerate() {
             assert!(sum.abs() < 1e-9 * 7.0 / spacing, "node {i}: a constant changes by {sum} 1/s");
             assert!((slope - 7.0).abs() < 1e-9 * 7.0, "node {i}: {slope} m/s, {stencil:?}");
@@ -434,13 +433,14 @@ fn eigenpairs_satisfy_the_original_equations() {
             let p0 = sliding.pressure[node] * s.weight[node];
             let d = |q: usize, c: usize| mu * p0 / v * (f64::from(u8::from(q == c)) - t[q] * t[c]);
             // Material that comes from the node upstream, or with the coefficient at rest from an open one.
-            let (length, spacing) = (p.friction.memory().unwrap().length, s.x[1] - s.x[0]);
-            let kept = (-v * spacing / (p.speed * length)).exp();
+            let (length, spacing) = (p.friction.memory().unwrap().length, s.patches[0].x[1] - s.patches[0].x[0]);
+            let kept = (-v * spacing / (p.kinematics[0].speed * length)).exp();
             let from = sliding.closed.iter().position(|&j| j + 1 == node);
             let before = from.map_or(p.friction.coefficient(0.0), |_| sliding.friction[node - 1]);
             near(mu, kept * before + (1.0 - kept) * law, 1e-12, "friction of the state");
             let rate = v / length / (1.0 - kept);
-            let gain = v / length * slope - (mu - law) / length * (v * spacing / (p.speed * length)) / (1.0 - kept);
+            let gain = v / length * slope
+                - (mu - law) / length * (v * spacing / (p.kinematics[0].speed * length)) / (1.0 - kept);
             // (λ + V∂x) w_c at this node as weights of rows.
             let motion = |c: usize| -> Vec<(usize, Complex<f64>)> {
                 let mut list = vec![(3 * node + c, l)];
@@ -601,7 +601,7 @@ fn one_mode_on_the_rest_grows_as_the_eigenvalue_does() {
         let mut pairs = eigenpairs(&b, &contact, TOLERANCE).unwrap();
         // Those of modes; relaxations of the contact have no mode of their own.
         pairs.retain(|e| e.value.im > 0.0 && e.damping_ratio().abs() < 0.02);
-        for (pair, found) in pairs.iter().zip(criteria(&b, &places, &contact, &pairs).unwrap()) {
+        for (pair, found) in pairs.iter().zip(criteria(&b, std::slice::from_ref(&places), &contact, &pairs).unwrap()) {
             let (got, want) = (found.growth_rate, pair.growth_rate());
             assert!((got - want).abs() < 1e-8 * pair.value.norm(), "{c:?} {}: {got}, expected {want}", pair.value);
             // Nothing of it is small: without the tilting the equation would be another one.
@@ -673,10 +673,10 @@ fn block(q: &Mat<f64>, first: usize, n: usize) -> Mat<f64> {
 
 /// Steady rolling with what sticks.
 fn rolling<'a>(s: &'a Interface, b: &'a CoupledModel, friction: FrictionLaw, c: [f64; 3]) -> SteadyProblem<'a> {
-    let SlidingProblem { interface, compliance, speed, creepage, load, stencil, .. } = problem(s, b, 0.3, c);
+    let SlidingProblem { interface, compliance, kinematics, loads, stencil, .. } = problem(s, b, 0.3, c);
     let (tolerance, max_iterations) = (1e-11, 400);
     let compliance = compliance.into();
-    SteadyProblem { interface, compliance, friction, speed, creepage, load, stencil, tolerance, max_iterations }
+    SteadyProblem { interface, compliance, friction, kinematics, loads, stencil, tolerance, max_iterations }
 }
 
 /// Without sticking nodes, the steady state is that of sliding along the actual creep, with constant friction and with
@@ -862,10 +862,10 @@ fn derivatives_equal_differences_of_the_eigenvalues() {
         };
         type Change<'a> = &'a dyn Fn(&mut SteadyProblem, f64);
         let changes: [(&str, f64, Change); 5] = [
-            ("load", 20.0, &|p, by| p.load = NormalLoad::Force(70e3 + by)),
-            ("speed", 3e-3, &|p, by| p.speed += by),
-            ("lateral creepage", 1e-6, &|p, by| p.creepage.lateral += by),
-            ("spin", 1e-3, &|p, by| p.creepage.spin += by),
+            ("load", 20.0, &|p, by| p.loads = NormalLoad::Force(70e3 + by).into()),
+            ("speed", 3e-3, &|p, by| p.kinematics[0].speed += by),
+            ("lateral creepage", 1e-6, &|p, by| p.kinematics[0].creepage.lateral += by),
+            ("spin", 1e-3, &|p, by| p.kinematics[0].creepage.spin += by),
             ("friction", 3e-4, &|p, by| p.friction = p.friction.scaled(1.0 + by)),
         ];
         for (what, step, change) in changes {
@@ -915,11 +915,11 @@ fn a_contact_that_moves_sees_the_modes_there() {
     let b = CoupledModel::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
     let distance = 1.3e-3;
     let moved = b.with_contact_moved(&s, Side::Lower, distance);
-    let spacing = s.y[1] - s.y[0];
+    let spacing = s.patches[0].y[1] - s.patches[0].y[0];
     for row in 0..3 * s.len() {
         for k in 0..b.omega.len() {
-            let next = if row / 3 / s.x.len() + 1 < s.y.len() { 1.0 } else { -1.0 };
-            let beside = (row as f64 + next * 3.0 * s.x.len() as f64) as usize;
+            let next = if row / 3 / s.patches[0].x.len() + 1 < s.patches[0].y.len() { 1.0 } else { -1.0 };
+            let beside = (row as f64 + next * 3.0 * s.patches[0].x.len() as f64) as usize;
             let slope = if k < LOWER.len() { next * (b.modes[(beside, k)] - b.modes[(row, k)]) / spacing } else { 0.0 };
             let want = b.modes[(row, k)] + distance * slope;
             assert!((moved.modes[(row, k)] - want).abs() < 1e-13, "row {row}, mode {k}");

@@ -4,13 +4,13 @@ use faer::Mat;
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::body::{ModalMatrix, ReducedBody};
 use railsqueal::contact::{
-    Creepage, NormalLoad, SlidingDirection, SlidingProblem, SteadyProblem, SteadySolution, Stencil,
+    Creepage, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem, SteadyProblem, SteadySolution, Stencil,
 };
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::CoupledModel;
 use railsqueal::stability::reduced::eigenpairs;
-use railsqueal::transient::loading::{History, Loading, Normal, Tangential};
+use railsqueal::transient::loading::{History, Loading, Normal, PatchDrive, Tangential};
 use railsqueal::transient::{ContactSolver, Model, Scheme, Settings, State, Stepper};
 
 mod rotated;
@@ -170,7 +170,7 @@ fn without_contact_and_damping_the_energy_is_constant() {
 
 /// Two half-spaces of the same material under a paraboloid: W on a uniform grid.
 fn half_spaces(material: HalfSpace, s: &Interface) -> Mat<f64> {
-    let c = material.compliance(&s.x, &s.y).unwrap();
+    let c = material.compliance(&s.patches[0].x, &s.patches[0].y).unwrap();
     railsqueal::model::combined_compliance(c.as_ref(), c.as_ref()).unwrap()
 }
 
@@ -211,30 +211,26 @@ fn shifted(s: &Interface, w: &Mat<f64>, none: &Mat<f64>, steps: usize) -> State 
     let c = CARTER;
     let force = 0.657 * c.mu * c.load;
     let end = steps as f64;
-    let drive = Loading {
-        normal: Normal::Force(History::constant(c.load)),
-        tangential: [
-            Tangential::Force(History::table("force", &[[0.0, 0.0], [end, force]], end).unwrap()),
-            Tangential::Creep(History::constant(0.0)),
-        ],
-        spin: History::constant(0.0),
-        speed: 0.0,
-    };
+    let tangential = [
+        Tangential::Force(History::table("force", &[[0.0, 0.0], [end, force]], end).unwrap()),
+        Tangential::Creep(History::constant(0.0)),
+    ];
+    let patch = PatchDrive { tangential, spin: History::constant(0.0), speed: 0.0 };
+    let drive = Loading::of_patch(Normal::Force(History::constant(c.load)), patch);
     let model = quasi_static(s, w, none);
     let normal = SteadyProblem {
         interface: s,
         compliance: w.as_ref().into(),
         friction: FrictionLaw::Constant(0.0),
-        speed: 1.0,
-        creepage: Creepage::default(),
-        load: NormalLoad::Force(c.load),
+        kinematics: PatchKinematics::one(1.0, Creepage::default()),
+        loads: NormalLoad::Force(c.load).into(),
         stencil: Stencil::Upwind1,
         tolerance: 1e-10,
         max_iterations: 100,
     };
     let pressed = normal.solve().unwrap();
     let reaction: Vec<f64> = (0..s.len()).flat_map(|i| [0.0, 0.0, pressed.pressure[i] * s.weight[i]]).collect();
-    let start = State::at_rest(&model, &reaction, pressed.approach);
+    let start = State::at_rest(&model, &reaction, pressed.motions[0]);
     let mut stepper = Stepper::new(model, settings(1.0, drive, c.mu), start).unwrap();
     for _ in 0..steps {
         stepper.advance().unwrap();
@@ -285,15 +281,10 @@ fn cattaneo_becomes_carter() {
     let none = Mat::<f64>::zeros(3 * s.len(), 0);
     let w = half_spaces(c.material, &s);
     let start = State { step: 0, ..shifted(&s, &w, &none, 1) };
-    let drive = Loading {
-        normal: Normal::Force(History::constant(c.load)),
-        tangential: [
-            Tangential::Force(History::constant(0.657 * c.mu * c.load)),
-            Tangential::Creep(History::constant(0.0)),
-        ],
-        spin: History::constant(0.0),
-        speed: 0.25,
-    };
+    let tangential =
+        [Tangential::Force(History::constant(0.657 * c.mu * c.load)), Tangential::Creep(History::constant(0.0))];
+    let patch = PatchDrive { tangential, spin: History::constant(0.0), speed: 0.25 };
+    let drive = Loading::of_patch(Normal::Force(History::constant(c.load)), patch);
     let model = quasi_static(&s, &w, &none);
     let mut stepper = Stepper::new(model, settings(1.0, drive, c.mu), start).unwrap();
     let mut creepage = Vec::new();
@@ -324,7 +315,7 @@ impl Squeal {
         let interface = Interface::paraboloid(nodes, nodes, [half, half], [4.0, 4.0]).unwrap();
         let n = interface.len();
         let steel = HalfSpace { young: 205e9, poisson: 0.3 };
-        let local = steel.compliance(&interface.x, &interface.y).unwrap();
+        let local = steel.compliance(&interface.patches[0].x, &interface.patches[0].y).unwrap();
         let omega: Vec<f64> = [430.0, 506.0, 616.0].iter().map(|f| 2.0 * PI * f).collect();
         let shape = [[0.06, 0.02, 0.08], [-0.06, 0.07, 0.02], [0.03, 0.07, -0.07]];
         let contact_modes = Mat::from_fn(3 * n, 3, |i, k| shape[k][i % 3]);
@@ -351,9 +342,8 @@ impl Squeal {
             interface: &self.interface,
             compliance: self.pair.influence(),
             friction: self.law.clone(),
-            speed: self.speed,
-            creepage: Creepage { lateral: creepage, ..Creepage::default() },
-            load,
+            kinematics: PatchKinematics::one(self.speed, Creepage { lateral: creepage, ..Creepage::default() }),
+            loads: load.into(),
             stencil: Stencil::Edge,
             direction: SlidingDirection::Actual,
         }
@@ -364,9 +354,8 @@ impl Squeal {
             interface: &self.interface,
             compliance: self.pair.influence().into(),
             friction: self.law.clone(),
-            speed: self.speed,
-            creepage,
-            load: NormalLoad::Force(self.load),
+            kinematics: PatchKinematics::one(self.speed, creepage),
+            loads: NormalLoad::Force(self.load).into(),
             stencil: Stencil::Edge,
             tolerance: 1e-10,
             max_iterations: 200,
@@ -437,10 +426,10 @@ fn perturbations_grow_and_decay_as_the_linear_analysis_says() {
         let first = pairs.iter().find(|p| p.frequency() > 10.0).unwrap();
 
         let h = 1e-5;
-        let start = squeal.rest(&solution.pressure, &solution.traction, solution.approach);
+        let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]);
         let start = start.remembering(&solution.friction);
         let along = Creepage { lateral: creepage, ..Creepage::default() };
-        let settings = squeal.settings(along, NormalLoad::Approach(solution.approach), h, ContactSolver::Newton);
+        let settings = squeal.settings(along, NormalLoad::Approach(solution.motions[0]), h, ContactSolver::Newton);
         let mut calm = Stepper::new(squeal.model(), settings.clone(), start.clone()).unwrap();
         let amplitude = 2e-6 / first.modal.iter().map(|z| z.norm()).fold(0.0, f64::max);
         let mut moved =
@@ -488,8 +477,8 @@ fn perturbations_of_a_contact_that_sticks_in_part_do_too() {
         let first = pairs.iter().find(|p| p.frequency() > 10.0 && p.damping_ratio() < 0.3).unwrap();
         let (mut apart, mut seen) = (Vec::new(), 0.0);
         for h in [1e-5, 2.5e-6] {
-            let start = squeal.rest(&solution.pressure, &solution.traction, solution.approach);
-            let load = NormalLoad::Approach(solution.approach);
+            let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]);
+            let load = NormalLoad::Approach(solution.motions[0]);
             let mut settings = squeal.settings(along, load, h, ContactSolver::Newton);
             settings.tolerance = 1e-13;
             // The state of rest of the scheme: what is left of the start has decayed where the modes are damped by
@@ -549,7 +538,7 @@ fn at_rest_the_transient_is_the_steady_analysis() {
         let limit = squeal.mu * squeal.load;
         let (mut errors, mut sunk) = (Vec::new(), Vec::new());
         for step in [4e-5, 2e-5, 1e-5, 5e-6] {
-            let start = squeal.rest(&solution.pressure, &solution.traction, solution.approach);
+            let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]);
             let settings = squeal.settings(creepage, NormalLoad::Force(squeal.load), step, ContactSolver::Newton);
             let mut stepper = Stepper::new(squeal.model(), settings, start).unwrap();
             let mut forces = Vec::new();
@@ -567,7 +556,7 @@ fn at_rest_the_transient_is_the_steady_analysis() {
                 apart(half, last)
             );
             errors.push(error);
-            sunk.push((stepper.state().approach / solution.approach - 1.0).abs());
+            sunk.push((stepper.state().approach / solution.motions[0] - 1.0).abs());
         }
         first_order(&errors, &format!("{nodes} nodes, forces over μN"));
         first_order(&sunk, &format!("{nodes} nodes, approach"));
@@ -589,9 +578,8 @@ fn material_that_travels_from_node_to_node_remembers_as_in_steady_rolling() {
         interface: &interface,
         compliance: w.as_ref().into(),
         friction: law.clone(),
-        speed,
-        creepage,
-        load: NormalLoad::Force(load),
+        kinematics: PatchKinematics::one(speed, creepage),
+        loads: NormalLoad::Force(load).into(),
         stencil: Stencil::Upwind1,
         tolerance: 1e-11,
         max_iterations: 400,
@@ -606,9 +594,9 @@ fn material_that_travels_from_node_to_node_remembers_as_in_steady_rolling() {
         })
         .collect();
     let model = quasi_static(&interface, &w, &none);
-    let rest = State::at_rest(&model, &reaction, steady.approach);
+    let rest = State::at_rest(&model, &reaction, steady.motions[0]);
     let drive = Loading::constant(NormalLoad::Force(load), creepage, speed);
-    let step = (interface.x[1] - interface.x[0]) / speed;
+    let step = (interface.patches[0].x[1] - interface.patches[0].x[0]) / speed;
     let settings = Settings { friction: law.clone(), ..settings(step, drive, 0.3) };
     // At rest, and with the memory of material that never slid.
     for (start, steps) in [(rest.clone().remembering(&steady.friction), 3), (rest, 60)] {
@@ -630,10 +618,10 @@ fn the_memory_of_a_constant_coefficient_changes_no_step() {
     let creepage = Creepage { lateral: 0.004, ..Creepage::default() };
     let found = [&one, &two].map(|squeal| {
         let solution = squeal.rolling(creepage);
-        let start = squeal.rest(&solution.pressure, &solution.traction, solution.approach);
+        let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]);
         let start = start.remembering(&solution.friction).shaken(3, 2.0);
         let mut settings =
-            squeal.settings(creepage, NormalLoad::Approach(solution.approach), 1e-5, ContactSolver::Newton);
+            squeal.settings(creepage, NormalLoad::Approach(solution.motions[0]), 1e-5, ContactSolver::Newton);
         settings.tolerance = 1e-13;
         let mut stepper = Stepper::new(squeal.model(), settings, start).unwrap();
         (0..100).for_each(|_| stepper.advance().unwrap());
@@ -662,7 +650,7 @@ fn falling_friction_goes_the_fast_way_under_any_load() {
             let squeal = Squeal { load, ..Squeal::new(11, 6.0).with(Exponential::new(0.4, 0.25, 0.1)) };
             let creepage = Creepage { lateral, ..Creepage::default() };
             let solution = squeal.rolling(creepage);
-            let start = squeal.rest(&solution.pressure, &solution.traction, solution.approach);
+            let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]);
             let start = start.remembering(&solution.friction).shaken(3, energy * load / 40e3);
             let settings = |solver| squeal.settings(creepage, NormalLoad::Force(load), 1e-5, solver);
             let mut stepper = Stepper::new(squeal.model(), settings(ContactSolver::Newton), start).unwrap();
@@ -689,9 +677,9 @@ fn both_solvers(squeal: &Squeal) {
     let run = |solver| {
         let creepage = Creepage { lateral: 0.004, ..Creepage::default() };
         let solution = squeal.rolling(creepage);
-        let start = squeal.rest(&solution.pressure, &solution.traction, solution.approach);
+        let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]);
         let start = start.remembering(&solution.friction);
-        let settings = squeal.settings(creepage, NormalLoad::Approach(solution.approach), 1e-5, solver);
+        let settings = squeal.settings(creepage, NormalLoad::Approach(solution.motions[0]), 1e-5, solver);
         let mut stepper = Stepper::new(squeal.model(), settings, start.shaken(3, 2.0)).unwrap();
         let mut found = Vec::new();
         let mut stick = 0;
@@ -723,18 +711,18 @@ fn rubbed(squeal: &Squeal, step: f64, theta: f64, swing: f64) -> (Vec<f64>, f64)
     let end = 4e-3;
     let pressed =
         SteadyProblem { friction: FrictionLaw::Constant(0.0), ..squeal.steady(Creepage::default()) }.solve().unwrap();
-    let start = squeal.rest(&pressed.pressure, &pressed.traction, pressed.approach);
-    let load = NormalLoad::Approach(pressed.approach);
+    let start = squeal.rest(&pressed.pressure, &pressed.traction, pressed.motions[0]);
+    let load = NormalLoad::Approach(pressed.motions[0]);
     let mut settings = squeal.settings(Creepage::default(), load, step, ContactSolver::Newton);
     settings.scheme.theta = theta;
-    settings.drive.speed = 0.0;
+    settings.drive.patches[0].speed = 0.0;
     let wave = |mean: f64, size: f64, frequency: f64| {
         let table: Vec<[f64; 2]> =
             (0..=200).map(|i| i as f64 * 2e-5).map(|t| [t, mean + size * (2.0 * PI * frequency * t).sin()]).collect();
         History::table("wave", &table, end).unwrap()
     };
-    settings.drive.tangential[1] = Tangential::Creep(wave(0.0, 0.05, 300.0));
-    settings.drive.normal = Normal::Approach(wave(pressed.approach, swing * pressed.approach, 250.0));
+    settings.drive.patches[0].tangential[1] = Tangential::Creep(wave(0.0, 0.05, 300.0));
+    settings.drive.normal = Normal::Approach(wave(pressed.motions[0], swing * pressed.motions[0], 250.0));
     let mut stepper = Stepper::new(squeal.model(), settings, start).unwrap();
     for _ in 0..(end / step).round() as usize {
         stepper.advance().unwrap();
@@ -763,8 +751,8 @@ fn error_falls_with_the_step_in_rolling_too() {
     let creepage = Creepage { lateral: 0.002, longitudinal: -0.0005, spin: 0.0 };
     let solution = squeal.rolling(creepage);
     let run = |step: f64, seed: u64| {
-        let start = squeal.rest(&solution.pressure, &solution.traction, solution.approach).shaken(seed, 0.5);
-        let load = NormalLoad::Approach(solution.approach);
+        let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]).shaken(seed, 0.5);
+        let load = NormalLoad::Approach(solution.motions[0]);
         let settings = squeal.settings(creepage, load, step, ContactSolver::Newton);
         let mut stepper = Stepper::new(squeal.model(), settings, start).unwrap();
         let (mut changes, mut before) = (0, None);
@@ -810,8 +798,8 @@ fn the_motion_does_not_depend_on_the_coordinates() {
     let turned = Squeal { pair, interface: squeal.interface.clone(), law: squeal.law.clone(), ..squeal };
     let creepage = Creepage { lateral: 0.006, ..Creepage::default() };
     let rolling = squeal.rolling(creepage);
-    let settings = squeal.settings(creepage, NormalLoad::Approach(rolling.approach), 1e-5, ContactSolver::Newton);
-    let start = |s: &Squeal| s.rest(&rolling.pressure, &rolling.traction, rolling.approach);
+    let settings = squeal.settings(creepage, NormalLoad::Approach(rolling.motions[0]), 1e-5, ContactSolver::Newton);
+    let start = |s: &Squeal| s.rest(&rolling.pressure, &rolling.traction, rolling.motions[0]);
     let mut one = start(&squeal);
     let kick = [0.02, -0.01, 0.03];
     one.v.copy_from_slice(&kick);

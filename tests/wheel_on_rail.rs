@@ -2,7 +2,7 @@
 //! beside CONTACT.
 
 use railsqueal::body::half_space::HalfSpace;
-use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, SteadySolution, Stencil};
+use railsqueal::contact::{Creepage, NormalLoad, PatchKinematics, SteadyProblem, SteadySolution, Stencil};
 use railsqueal::friction::FrictionLaw;
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
@@ -48,22 +48,24 @@ fn roll(side: TrackSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
     let [x, y] = grid_lines(placed.extent(&frame, &ellipse).unwrap());
     let gap = placed.gap(&frame, &x, &y).unwrap();
     let interface = Interface::new(x, y, gap.gap.clone()).unwrap();
-    let own = steel.compliance(&interface.x, &interface.y).unwrap();
+    let own = steel.compliance(&interface.patches[0].x, &interface.patches[0].y).unwrap();
     let compliance = combined_compliance(own.as_ref(), own.as_ref()).unwrap();
     let problem = SteadyProblem {
         interface: &interface,
         compliance: compliance.as_ref().into(),
         friction: FrictionLaw::Constant(0.3),
-        speed: creepage.speed,
-        creepage: Creepage { longitudinal: creepage.longitudinal, lateral: creepage.lateral, spin: creepage.spin },
-        load: NormalLoad::Force(row["fn"]),
+        kinematics: PatchKinematics::one(
+            creepage.speed,
+            Creepage { longitudinal: creepage.longitudinal, lateral: creepage.lateral, spin: creepage.spin },
+        ),
+        loads: NormalLoad::Force(row["fn"]).into(),
         stencil,
         tolerance: 1e-8,
         max_iterations: 200,
     };
     let solution = problem.solve().unwrap();
     gap.refuse_edge(|i| solution.pressure[i] > 0.0).unwrap();
-    (solution, interface.x[1] - interface.x[0])
+    (solution, interface.patches[0].x[1] - interface.patches[0].x[0])
 }
 
 /// Approach and pressures at the same normal force, and forces. CONTACT's have the error of its operator of first

@@ -3,7 +3,7 @@
 use super::point;
 use super::reduction::Reduction;
 use super::run::Run;
-use crate::case::interface::{at_rest, creepage, steady_rolling};
+use crate::case::interface::{at_rest, creepage, kinematics, steady_rolling};
 use crate::case::well_posed;
 use crate::contact::baseline::{fastsim, linear, polach, shen_hedrick_elkins, Ellipse};
 use crate::contact::{Continuation, SteadyProblem, SteadySolution};
@@ -73,7 +73,7 @@ impl<'a> Curve<'a> {
     fn solved(&self, continuation: &mut Continuation, value: f64) -> Result<Point> {
         let contact =
             job::Contact { creepage: self.contact.creepage.with(self.wanted.key, value), ..self.contact.clone() };
-        let solution = continuation.solve(creepage(&contact))?;
+        let solution = continuation.solve(kinematics(&contact))?;
         let mut point = of_solution(value, &self.model.interface, &solution);
         point.baseline = self.baseline(&contact, &solution)?;
         if let Some(stability) = &self.job.analyses.stability {
@@ -114,7 +114,7 @@ fn of_solution(value: f64, s: &Interface, r: &SteadySolution) -> Point {
         message: String::new(),
         force: r.force,
         moment_z: r.moment_z,
-        approach: r.approach,
+        approach: r.motions[0],
         closed: nodes(1).count() + nodes(2).count(),
         sticking: nodes(1).count(),
         stick_share: if stick + slip > 0.0 { stick / (stick + slip) } else { 0.0 },

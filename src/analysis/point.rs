@@ -32,6 +32,7 @@ pub(super) fn wanted(examined: &StabilityProblem, found: &StabilityResult) -> Re
     let Some(state) = found.state.as_ref().filter(|_| stability.contact == StabilityContact::Point) else {
         return Ok(None);
     };
+    interface.single("analyses.stability.contact \"point\"")?;
     let ellipse = ellipse(job, contact, interface, &state.pressure)?.ok_or_else(|| {
         Error::Job(
             "analyses.stability.contact: found \"point\", but the pressure is not that of an ellipse whose \

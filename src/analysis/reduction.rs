@@ -61,7 +61,7 @@ impl Reduction {
             }
         } else {
             for p in &bodies.places {
-                let grid = interface.as_ref().map(|s| [&s.x[..], &s.y[..]]);
+                let grid = interface.as_ref().and_then(Interface::only).map(|p| [&p.x[..], &p.y[..]]);
                 let body = HalfSpaceBody::new(world, p.name, half_space(p)?, grid);
                 parts.extend(body.compliance(&mut |_, _| {})?.map(ContactTrace::statics));
             }
@@ -101,10 +101,11 @@ impl Reduction {
         }
         let few = bodies.unique.iter().map(|b| b.compact()).collect::<Result<Option<Vec<_>>>>()?;
         let interface = shared(world, world.on_root(|| interface_of(contact, bodies))?.as_ref())?;
-        let (Some(few), true) = (few, is_uniform(&interface.x) && is_uniform(&interface.y)) else { return Ok(None) };
+        let uniform = interface.only().filter(|p| is_uniform(&p.x) && is_uniform(&p.y)).cloned();
+        let (Some(few), Some(patch)) = (few, uniform) else { return Ok(None) };
         progress.stage("compliance of the contact");
         let named: Vec<_> = bodies.unique.iter().map(|b| b.name()).zip(&few).collect();
-        refuse_negative(world, &named, &[interface.x.clone(), interface.y.clone()])?;
+        refuse_negative(world, &named, &[patch.x, patch.y])?;
         let parts = [lower, upper].map(|p| (&modes[p.body], &few[p.body]));
         SharedModel::of_compact(world, job, interface, parts).map(Some)
     }

@@ -5,6 +5,7 @@ use super::stability::mode_name;
 use crate::body::Side;
 use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::contact::LinearContact;
+use crate::grid::ContactPatch;
 use crate::job::{self, Job};
 use crate::model::{CoupledModel, ReducedModel};
 use crate::stability::reduced::Eigenpair;
@@ -70,7 +71,8 @@ impl Study<'_> {
         add(Parameter::Longitudinal, c.longitudinal, creepage);
         add(Parameter::Lateral, c.lateral, creepage);
         add(Parameter::Spin, c.spin, if reach > 0.0 { creepage / reach } else { creepage });
-        let width = s.y.last().copied().unwrap_or_default() - s.y.first().copied().unwrap_or_default();
+        let line = |p: &ContactPatch| p.y.last().zip(p.y.first()).map_or(0.0, |(b, a)| b - a);
+        let width = s.patches.iter().map(line).fold(0.0, f64::max);
         add(Parameter::LowerPosition, 0.0, width);
         add(Parameter::UpperPosition, 0.0, width);
         all

@@ -41,7 +41,9 @@ pub(super) fn run(
         let criteria = match root.interface.are_points() {
             true => Vec::new(),
             false => {
-                let places: Vec<[f64; 2]> = (0..root.interface.len()).map(|i| root.interface.point(i)).collect();
+                let s = &root.interface;
+                let places: Vec<Vec<[f64; 2]>> =
+                    s.patches.iter().map(|p| p.nodes().map(|i| s.point(i)).collect()).collect();
                 criteria(&root.pair, &places, &found.contact, listed(&found.spectrum))?
             }
         };

@@ -163,7 +163,7 @@ fn summarise(contact: &job::Contact, (s, r): (&Interface, &SteadySolution), summ
     let peak = r.pressure.iter().copied().fold(0.0, f64::max);
     summary.line("steady rolling");
     summary.value("normal force", format!("{:.6e} N", -fz));
-    summary.value("approach", format!("{:.4} µm", 1e6 * r.approach));
+    summary.value("approach", format!("{:.4} µm", 1e6 * r.patches[0].approach));
     summary.value("largest pressure", format!("{:.2} MPa", 1e-6 * peak));
     let [x, y] = r.centre(s).map(|x| 1e3 * x);
     summary.value("centre of the pressure (x, y)", format!("{x:+.3}, {y:+.3} mm"));
@@ -185,6 +185,7 @@ fn deflection(interface: &Interface, pair: &CoupledModel, solution: &SteadySolut
     };
     let reaction: Vec<f64> = (0..interface.len()).flat_map(of).collect();
     let moved = pair.deflection(&reaction)?;
-    let middle = interface.x.len() / 2 + interface.x.len() * (interface.y.len() / 2);
+    let patch = interface.only()?;
+    let middle = patch.node(patch.x.len() / 2, patch.y.len() / 2);
     Some(std::array::from_fn(|c| moved[3 * middle + c]))
 }

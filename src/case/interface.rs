@@ -4,7 +4,9 @@ use super::bodies::{Bodies, Place};
 use crate::body::half_space::HalfSpace;
 use crate::contact::full_sliding::{SlidingDirection, SlidingProblem};
 use crate::contact::points::yield_to_load;
-use crate::contact::{self, fe_correction, Creepage, Influence, NormalLoad, SlidingPoint, SteadyProblem, Stencil};
+use crate::contact::{
+    self, fe_correction, Creepage, Influence, NormalLoad, PatchKinematics, SlidingPoint, SteadyProblem, Stencil,
+};
 use crate::fem::Material;
 use crate::grid::ContactGrid;
 use crate::grid::Interface;
@@ -17,6 +19,11 @@ use faer::Mat;
 pub fn creepage(contact: &job::Contact) -> Creepage {
     let c = contact.creepage;
     Creepage { longitudinal: c.longitudinal, lateral: c.lateral, spin: c.spin }
+}
+
+/// Rolling of the one patch of a job.
+pub(crate) fn kinematics(contact: &job::Contact) -> Vec<PatchKinematics> {
+    PatchKinematics::one(contact.speed, creepage(contact))
 }
 
 /// Load or approach of the job.
@@ -39,9 +46,8 @@ pub(crate) fn steady_rolling<'a>(
         interface,
         compliance,
         friction: contact.friction.clone(),
-        speed: contact.speed,
-        creepage: creepage(contact),
-        load: normal_load(contact),
+        kinematics: kinematics(contact),
+        loads: normal_load(contact).into(),
         stencil: Stencil::default(),
         tolerance,
         max_iterations: max_iterations as usize,
@@ -89,9 +95,8 @@ pub(crate) fn steady_sliding<'a>(
         interface,
         compliance: pair.at_rest(),
         friction: contact.friction.clone(),
-        speed: contact.speed,
-        creepage: creepage(contact),
-        load: normal_load(contact),
+        kinematics: kinematics(contact),
+        loads: normal_load(contact).into(),
         stencil: Stencil::default(),
         direction: match direction {
             Direction::Rigid => SlidingDirection::Rigid,
@@ -138,14 +143,16 @@ pub(crate) fn interface_between(lower: &ContactGrid, upper: &ContactGrid) -> Res
 
 /// On rank 0: the influence of half-spaces of the bodies' materials on each other; none where the grid is not uniform.
 pub(crate) fn convolution(bodies: &Bodies, s: &Interface) -> Result<Option<Convolution>> {
-    let of = |p: usize| Convolution::of_half_space(&half_space(&bodies.places[p])?, &s.x, &s.y);
+    let Some(patch) = s.only() else { return Ok(None) };
+    let of = |p: usize| Convolution::of_half_space(&half_space(&bodies.places[p])?, &patch.x, &patch.y);
     let (Some(lower), Some(upper)) = (of(0)?, of(1)?) else { return Ok(None) };
     Convolution::combined(&lower, &upper).map(Some)
 }
 
 /// On rank 0: influence matrices of two half-spaces of the bodies' materials, m/N, `[3n, 3n]` each.
 fn half_spaces(bodies: &Bodies, s: &Interface) -> Result<[Mat<f64>; 2]> {
-    let of = |p: usize| half_space(&bodies.places[p])?.compliance(&s.x, &s.y);
+    let patch = s.single("a compliance of half-spaces")?;
+    let of = |p: usize| half_space(&bodies.places[p])?.compliance(&patch.x, &patch.y);
     Ok([of(0)?, of(1)?])
 }
 
@@ -159,9 +166,10 @@ pub(crate) fn half_space(place: &Place) -> Result<HalfSpace> {
 /// On rank 0: compliances near those of the finite-element bodies in both places, m/N, `[3n, 3n]` each: of
 /// half-spaces, completed by the responses `probed` of each of [`Bodies::unique`] to forces on one node.
 pub(crate) fn near(bodies: &Bodies, s: &Interface, probed: &[[Vec<f64>; 3]]) -> Result<[Mat<f64>; 2]> {
+    let patch = s.single("a compliance near that of finite elements")?;
     let mut both = half_spaces(bodies, s)?;
     for (c, place) in both.iter_mut().zip(&bodies.places) {
-        fe_correction::complete(c, &s.x, &s.y, &probed[place.body])?;
+        fe_correction::complete(c, &patch.x, &patch.y, &probed[place.body])?;
     }
     Ok(both)
 }

@@ -4,7 +4,7 @@
 use super::curving::Curving;
 use super::wheel_rail_geometry::Placed;
 use crate::body::half_space::HalfSpace;
-use crate::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
+use crate::contact::{Creepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
 use crate::curving::{BogieWheel, ContactForce, WHEELS};
 use crate::job::{self, Job};
 use crate::model::combined_compliance;
@@ -53,7 +53,7 @@ fn forces(job: &Job, curving: &Curving, wheel: BogieWheel, place: &ContactForce)
         Ok(HalfSpace { young: m.young, poisson: m.poisson })
     };
     let (lower, upper) = (half_space(&here.bodies.lower)?, half_space(&here.bodies.upper)?);
-    let own = |h: &HalfSpace| h.compliance(&interface.x, &interface.y);
+    let own = |h: &HalfSpace| h.compliance(&interface.patches[0].x, &interface.patches[0].y);
     let (lower, upper) = (own(&lower)?, own(&upper)?);
     let compliance = combined_compliance(lower.as_ref(), upper.as_ref())?;
     let [longitudinal, lateral, spin, speed] = placed.motion();
@@ -61,9 +61,8 @@ fn forces(job: &Job, curving: &Curving, wheel: BogieWheel, place: &ContactForce)
         interface: &interface,
         compliance: compliance.as_ref().into(),
         friction: curving.problem.friction.clone(),
-        speed,
-        creepage: Creepage { longitudinal, lateral, spin },
-        load: NormalLoad::Force(place.normal),
+        kinematics: PatchKinematics::one(speed, Creepage { longitudinal, lateral, spin }),
+        loads: NormalLoad::Force(place.normal).into(),
         stencil: Stencil::default(),
         tolerance: TOLERANCE,
         max_iterations: MOST_ITERATIONS,

@@ -9,7 +9,7 @@ use super::surfaces;
 use crate::body::half_space::HalfSpace;
 use crate::contact::half_space_estimate::PatchEstimate;
 use crate::contact::{Creepage, SPIN_SPACINGS};
-use crate::grid::Interface;
+use crate::grid::{ContactPatch, Interface};
 use crate::job::{Job, Load, ModesExtent};
 use crate::mesh::attitude::Attitude;
 use crate::mesh::{quality, Mesh};
@@ -268,7 +268,8 @@ pub(crate) fn contact(job: &Job, s: &Interface) -> Result<PreflightReport> {
         let m = body.elastic()?;
         compliance += 1.0 / HalfSpace { young: m.young, poisson: m.poisson }.plane();
     }
-    let w = HalfSpace { young: 1.0 / compliance, poisson: 0.0 }.compliance(&coarse.x, &coarse.y)?;
+    let patch = coarse.single("the estimate of the contact")?;
+    let w = HalfSpace { young: 1.0 / compliance, poisson: 0.0 }.compliance(&patch.x, &patch.y)?;
     let found = PatchEstimate::new(w.as_ref(), &coarse, load)?;
     let lowest = (0..s.len()).min_by(|&a, &b| s.gap[a].total_cmp(&s.gap[b])).unwrap_or(0);
     let cell = s.weight[lowest];
@@ -296,8 +297,9 @@ pub(crate) fn contact(job: &Job, s: &Interface) -> Result<PreflightReport> {
 
 /// Remark on a grid that is coarse for the spin of the job, with the spacing along x at the node `lowest`.
 fn coarse_for_spin(creepage: Creepage, s: &Interface, lowest: usize, half: [f64; 2]) -> Option<String> {
-    let ix = (lowest % s.x.len()).clamp(1, s.x.len() - 1);
-    let spacing = s.x[ix] - s.x[ix - 1];
+    let (ContactPatch { x, .. }, ix, _) = s.place(lowest);
+    let ix = ix.clamp(1, x.len() - 1);
+    let spacing = x[ix] - x[ix - 1];
     // As at 1 mm on the paper's cylinders, and a little beyond what is taken by default.
     let fine = half[0] / SPIN_SPACINGS;
     let (edge, others) = ((half[0] * half[1]).sqrt(), creepage.longitudinal.hypot(creepage.lateral));
@@ -325,9 +327,10 @@ fn thinned(s: &Interface) -> Result<Interface> {
         }
         lines
     };
-    let (ix, iy) = (some(s.x.len()), some(s.y.len()));
-    let gap = iy.iter().flat_map(|j| ix.iter().map(move |i| s.gap[i + s.x.len() * j])).collect();
-    Interface::new(ix.iter().map(|&i| s.x[i]).collect(), iy.iter().map(|&j| s.y[j]).collect(), gap)
+    let patch = s.single("the estimate of the contact")?;
+    let (ix, iy) = (some(patch.x.len()), some(patch.y.len()));
+    let gap = iy.iter().flat_map(|&j| ix.iter().map(move |&i| s.gap[patch.node(i, j)])).collect();
+    Interface::new(ix.iter().map(|&i| patch.x[i]).collect(), iy.iter().map(|&j| patch.y[j]).collect(), gap)
 }
 
 #[cfg(test)]

@@ -6,12 +6,12 @@ use crate::contact::consistent::{augmentation, ConsistentSteady};
 use crate::contact::full_sliding::SlidingProblem;
 use crate::contact::law::Augmentation;
 use crate::contact::points::{bear_load, linearised, reactions};
-use crate::contact::{NormalLoad, SteadyProblem};
+use crate::contact::{Loads, NormalLoad, PatchKinematics, SteadyProblem};
 use crate::grid::Interface;
 use crate::job::{self, Direction, HeldQuantity, Job, Quadrature, StabilityState, StartState, TransientSolver};
 use crate::model::CoupledModel;
 use crate::stability::reduced::{sharpness, Eigenpair};
-use crate::transient::loading::{History, Loading, Normal, Tangential};
+use crate::transient::loading::{History, Loading, Normal, PatchDrive, Tangential};
 use crate::transient::{ContactSolver, Model, PointModel, Scheme, Settings, State};
 use crate::{Error, Result};
 use faer::MatRef;
@@ -133,7 +133,8 @@ impl InitialEquilibrium {
     fn slopes(&self, interface: &Interface) -> [f64; 2] {
         let Some(moved) = &self.deflection else { return [0.0; 2] };
         // The deflection goes with x and y, no higher: any line along x will do.
-        let (nx, x) = (interface.x.len(), &interface.x);
+        let x = &interface.patches[0].x;
+        let nx = x.len();
         let length = x[nx - 1] - x[0];
         [0, 1].map(|c| (moved[3 * (nx - 1) + c] - moved[c]) / length)
     }
@@ -178,25 +179,27 @@ fn at_rest(rolling: &TransientProblem<'_>) -> Result<(Vec<f64>, Vec<f64>, f64)> 
     if let Some(d) = at_start(&histories.approach, "approach")? {
         load = NormalLoad::Approach(d);
     }
+    let kinematics = PatchKinematics::one(contact.speed, creepage);
+    let loads = Loads::from(load);
     let analyses = &job.analyses;
     let (pressure, traction, approach, friction) = match start_state(job, wanted) {
         StartState::Sliding => {
             let direction = analyses.stability.as_ref().map_or(Direction::Rigid, |s| s.direction);
             let problem = steady_sliding(model, contact, direction)?;
-            let problem = SlidingProblem { creepage, load, ..problem };
+            let problem = SlidingProblem { kinematics, loads, ..problem };
             well_posed::refuse_short(&contact.friction, |law| well_posed::sliding(&problem, law, pair))?;
             let found = problem.solve()?;
-            (found.pressure, found.traction, found.approach, found.friction)
+            (found.pressure, found.traction, found.motions[0], found.friction)
         }
         StartState::Steady => {
             let problem = interface::at_rest(model, contact, analyses.steady.as_ref());
-            let problem = SteadyProblem { creepage, load, ..problem };
+            let problem = SteadyProblem { kinematics, loads, ..problem };
             well_posed::refuse_short(&contact.friction, |law| well_posed::rolling(&problem, law, pair))?;
             let found = match contact.quadrature {
                 Quadrature::Nodal => problem.solve()?,
                 Quadrature::Consistent => ConsistentSteady::new(problem).solve()?.solution,
             };
-            (found.pressure, found.traction, found.approach, found.friction)
+            (found.pressure, found.traction, found.motions[0], found.friction)
         }
     };
     let reaction: Vec<f64> = (0..interface.len())
@@ -224,7 +227,7 @@ fn at_points(rolling: &TransientProblem<'_>) -> Result<Option<PointModel>> {
     let of = |i: usize| [found.traction[i][0], found.traction[i][1], found.pressure[i]];
     let reaction: Vec<f64> = (0..s.len()).flat_map(of).collect();
     bear_load(pair, &reaction)?;
-    Ok(Some(PointModel::under_load(pair, s, (reaction, found.friction), found.approach, span)))
+    Ok(Some(PointModel::under_load(pair, s, (reaction, found.friction), found.motions[0], span)))
 }
 
 /// Prescribed quantities in time; `deflected` are the derivatives along x of a deflection that is part of the
@@ -252,17 +255,11 @@ pub(crate) fn drive(
     };
     let v = contact.speed;
     let c = creepage(contact);
-    Ok(Loading {
-        normal,
-        tangential: [
-            Tangential::Creep(
-                history("longitudinal", &histories.longitudinal, c.longitudinal, v)?.plus(-v * deflected[0]),
-            ),
-            Tangential::Creep(history("lateral", &histories.lateral, c.lateral, v)?.plus(-v * deflected[1])),
-        ],
-        spin: history("spin", &histories.spin, c.spin, v)?,
-        speed: v,
-    })
+    let longitudinal = history("longitudinal", &histories.longitudinal, c.longitudinal, v)?;
+    let lateral = history("lateral", &histories.lateral, c.lateral, v)?;
+    let tangential = [longitudinal.plus(-v * deflected[0]), lateral.plus(-v * deflected[1])].map(Tangential::Creep);
+    let spin = history("spin", &histories.spin, c.spin, v)?;
+    Ok(Loading::of_patch(normal, PatchDrive { tangential, spin, speed: v }))
 }
 
 /// The state moved by a complex mode, whose largest displacement of a contact node is to be `amplitude`, m.

@@ -2,10 +2,6 @@
 //! the pressures that close the gaps of a set of nodes say which of them pull, the gaps of the others which of those
 //! penetrate; the next set leaves the first out and takes the second in.
 
-use faer::Mat;
-
-use super::steady::NormalLoad;
-
 /// The closed nodes and what was found for them; or, where they do not settle, how many changed each time.
 pub(crate) type Settled<T> = Result<(Vec<usize>, T), Vec<usize>>;
 
@@ -30,17 +26,6 @@ pub(crate) fn settle<T, E>(
     Ok(Err(history))
 }
 
-/// Forces on k closed nodes, N, and the approach, m: `solved` holds A⁻¹ times (1, undeformed gaps), `[k, 2]`.
-pub(crate) fn under(load: NormalLoad, solved: &Mat<f64>) -> (Vec<f64>, f64) {
-    let k = solved.nrows();
-    let sum = |c: usize| (0..k).map(|i| solved[(i, c)]).sum::<f64>();
-    let approach = match load {
-        NormalLoad::Approach(d) => d,
-        NormalLoad::Force(f) => (f + sum(1)) / sum(0),
-    };
-    ((0..k).map(|i| approach * solved[(i, 0)] - solved[(i, 1)]).collect(), approach)
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -54,13 +39,5 @@ mod tests {
         assert_eq!(settle(vec![2], 3, walk), Ok(Err(vec![2, 2, 2])));
         let none = |_: &mut Vec<usize>| Err::<(Vec<usize>, ()), _>("no");
         assert_eq!(settle(vec![2], 3, none), Err("no"));
-    }
-
-    /// Two springs of 2 and 4 m/N with gaps of 1 and 0 m.
-    #[test]
-    fn the_approach_is_given_or_carries_the_load() {
-        let solved = Mat::from_fn(2, 2, |i, c| [[0.5, 0.5], [0.25, 0.0]][i][c]);
-        assert_eq!(under(NormalLoad::Approach(3.0), &solved), (vec![1.0, 0.75], 3.0));
-        assert_eq!(under(NormalLoad::Force(1.75), &solved), (vec![1.0, 0.75], 3.0));
     }
 }

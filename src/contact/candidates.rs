@@ -4,8 +4,9 @@ use std::cell::RefCell;
 
 use super::influence::Influence;
 use super::interface::Upstream;
+use super::loads::{LoadedMotion, NormalLoad};
 use super::newton::Factors;
-use super::steady::{NormalLoad, SteadyProblem};
+use super::steady::SteadyProblem;
 use crate::dense::add_scattered;
 use crate::model::Convolution;
 use crate::{Error, Result};
@@ -16,7 +17,7 @@ use crate::{Error, Result};
 pub(super) struct Candidates<'a> {
     /// Node numbers, ascending, `[m]`.
     pub nodes: Vec<usize>,
-    /// Grid line (index along y) of each candidate, `[m]`.
+    /// Grid line of each candidate, by its first node, `[m]`.
     pub line: Vec<usize>,
     /// Numbers of the nodes that are seen, ascending, `[q]`.
     pub seen: Vec<usize>,
@@ -30,22 +31,40 @@ pub(super) struct Candidates<'a> {
     pub weight: Vec<f64>,
     /// Scaled rigid creep of the whole creepage and undeformed gap, `[3m]`.
     constant: Vec<f64>,
-    /// Derivative of the gap rows by the scaled approach, `[m]`.
-    pub by_approach: Vec<f64>,
-    /// Shares of the nodes in the load equation: Σ share·p = target, `[m]`.
-    pub share: Vec<f64>,
-    pub target: f64,
+    /// Derivatives of the gap rows by each scaled motion, `[motions][m]`.
+    pub by_motion: Vec<Vec<f64>>,
+    /// The motions that are unknown, and the equations of their resultants.
+    pub resultants: Vec<Resultant>,
     /// Operator that the creep is taken with.
     upstream: Upstream,
     /// The same at each candidate, by the places of what it sees, scaled, `[m]`.
     terms: Vec<[(usize, f64); 3]>,
     /// Unit of stress, Pa.
     pub unit: f64,
-    /// Approach in m per scaled approach.
-    pub approach_unit: f64,
+    /// Motion in m per scaled motion.
+    motion_unit: f64,
     products: Products<'a>,
     /// Factors of Newton's method.
     pub factors: Factors<'a>,
+}
+
+/// The equation Σ share·x = target of an unknown motion.
+pub(super) struct Resultant {
+    /// Number of the motion.
+    pub motion: usize,
+    /// Shares of the stresses (tx, ty, p) of the nodes, `[m]`.
+    pub share: Vec<[f64; 3]>,
+    pub target: f64,
+    /// Measure of an error.
+    pub scale: f64,
+}
+
+impl Resultant {
+    /// Error of the scaled stresses `x`, `[3m]`.
+    pub fn error(&self, x: &[f64]) -> f64 {
+        let of = |(s, x): (&[f64; 3], &[f64])| s[0] * x[0] + s[1] * x[1] + s[2] * x[2];
+        self.share.iter().zip(x.chunks_exact(3)).map(of).sum::<f64>() - self.target
+    }
 }
 
 /// How displacements follow from the stresses, in single precision: products are bound by memory, and a step of
@@ -85,26 +104,35 @@ impl<'a> Candidates<'a> {
             return Err(Error::Defect("steady contact: Newton's method was started without contact".into()));
         }
         let mut constant = vec![0.0; 3 * m];
-        let mut by_approach = vec![0.0; m];
+        let motions = &problem.loads.motions;
+        let mut by_motion = vec![vec![0.0; m]; motions.len()];
+        let patch: Vec<usize> = nodes.iter().map(|&i| s.patch_of(i)).collect();
         let reference = problem.rho_normal(nodes[0]);
         let mut rho = vec![0.0; m];
         for (a, &i) in nodes.iter().enumerate() {
             rho[a] = problem.rho_normal(i);
             constant[3 * a + 2] = rho[a] * s.gap[i] / unit;
-            by_approach[a] = -rho[a] / reference;
+            for (by, motion) in by_motion.iter_mut().zip(motions) {
+                by[a] = -motion.factors[patch[a]] * rho[a] / reference;
+            }
         }
-        let total: f64 = nodes.iter().map(|&i| s.weight[i]).sum();
-        let share = nodes.iter().map(|&i| s.weight[i] / total).collect();
-        let target = match problem.load {
-            NormalLoad::Force(f) => f / (unit * total),
-            NormalLoad::Approach(_) => 0.0,
+        let equation = |(motion, m): (usize, &LoadedMotion)| {
+            let NormalLoad::Force(f) = m.load else { return None };
+            let row = |(&i, &c): (&usize, &usize)| m.resultant[c].map(|g| g * s.weight[i]);
+            let rows = || nodes.iter().zip(&patch).map(row);
+            let total: f64 = rows().map(|[x, y, n]| (x * x + y * y + n * n).sqrt()).sum();
+            let share = rows().map(|g| g.map(|g| g / total)).collect();
+            let part = |f: f64| f / (unit * total);
+            let sound = problem.loads.is_unknown(motion) && total > 0.0;
+            sound.then(|| Resultant { motion, share, target: part(f), scale: part(problem.loads.scale(motion)) })
         };
-        let line = nodes.iter().map(|&i| i / s.x.len()).collect();
+        let resultants = motions.iter().enumerate().filter_map(equation).collect();
+        let line = nodes.iter().map(|&i| i - s.place(i).1).collect();
         let mut place = vec![usize::MAX; s.len()];
         for &i in &nodes {
             place[i] = 0;
             if !s.are_points() {
-                let ix = i % s.x.len();
+                let (_, ix, _) = s.place(i);
                 // At the first node of a line the operator looks to the second one.
                 (1..=ix.min(2)).for_each(|k| place[i - k] = 0);
                 if ix == 0 {
@@ -135,11 +163,10 @@ impl<'a> Candidates<'a> {
             weight: nodes.iter().map(|&i| s.weight[i]).collect(),
             nodes,
             constant,
-            by_approach,
-            share,
-            target,
+            by_motion,
+            resultants,
             unit,
-            approach_unit: unit / reference,
+            motion_unit: unit / reference,
             products,
             factors: Factors::default(),
         };
@@ -170,8 +197,7 @@ impl<'a> Candidates<'a> {
     /// Takes the creepages of `problem`, which has the interface, the load and the influence matrix of the one before.
     pub fn take_creepage(&mut self, problem: &SteadyProblem<'_>) {
         for (a, &i) in self.nodes.iter().enumerate() {
-            let [x, y] = problem.interface.point(i);
-            let rigid = problem.creepage.rigid(x, y);
+            let rigid = problem.interface.rigid(&problem.kinematics, i);
             for (r, c) in rigid.iter().enumerate() {
                 let c = c + self.upstream.at(i, |j| problem.interface.shift[j][r]);
                 self.constant[3 * a + r] = self.rho_creep[a] * c / self.unit;
@@ -331,61 +357,81 @@ impl<'a> Candidates<'a> {
         [creep(0), creep(1), self.rho[a] * u[3 * self.place(a) + 2]]
     }
 
-    /// Scaled creep and gap of all candidates, `[3m]`, with the displacements `u`, the scaled `approach`, and part of
+    /// Change of the scaled gap of candidate `a` by the scaled `motions`, `[motions]`.
+    pub fn approached(&self, a: usize, motions: &[f64]) -> f64 {
+        self.by_motion.iter().zip(motions).map(|(by, d)| by[a] * d).sum()
+    }
+
+    /// Scaled creep and gap of all candidates, `[3m]`, with the displacements `u`, the scaled `motions`, and part of
     /// the creepage.
-    pub fn response(&self, u: &[f64], approach: f64, creep_factor: f64) -> Vec<f64> {
+    pub fn response(&self, u: &[f64], motions: &[f64], creep_factor: f64) -> Vec<f64> {
         let mut y = Vec::with_capacity(3 * self.nodes.len());
         for a in 0..self.nodes.len() {
             let ([sx, sy, g], c) = (self.responds(a, u), &self.constant[3 * a..3 * a + 3]);
-            y.extend([sx + creep_factor * c[0], sy + creep_factor * c[1], g + c[2] + self.by_approach[a] * approach]);
+            y.extend([sx + creep_factor * c[0], sy + creep_factor * c[1], g + c[2] + self.approached(a, motions)]);
         }
         y
     }
 
-    /// The upstream operator of the contact with the scaled stresses `x` and `approach`, whose displacements are `u`.
-    pub fn upstream_of(&self, problem: &SteadyProblem<'_>, x: &[f64], u: &[f64], approach: f64) -> Upstream {
+    /// Rigid motions, m, over their unit.
+    pub fn scaled(&self, motions: &[f64]) -> Vec<f64> {
+        motions.iter().map(|d| d / self.motion_unit).collect()
+    }
+
+    /// Scaled rigid motions in m.
+    pub fn unscaled(&self, motions: &[f64]) -> Vec<f64> {
+        motions.iter().map(|d| d * self.motion_unit).collect()
+    }
+
+    /// The upstream operator of the contact with the scaled stresses `x` and `motions`, whose displacements are `u`.
+    pub fn upstream_of(&self, problem: &SteadyProblem<'_>, x: &[f64], u: &[f64], motions: &[f64]) -> Upstream {
         let s = problem.interface;
         let mut stress = vec![0.0; 3 * s.len()];
         x.chunks_exact(3).zip(&self.nodes).for_each(|(v, &i)| stress[3 * i + 2] = v[2]);
-        let deformed = |i: usize| s.gap[i] - approach * self.approach_unit + self.unit * u[3 * self.place[i] + 2];
+        let approach = problem.approaches(&self.unscaled(motions));
+        let deformed = |i: usize| s.gap[i] - approach[s.patch_of(i)] + self.unit * u[3 * self.place[i] + 2];
         s.edge_upstream(problem.stencil, &stress, deformed)
     }
 
     /// First guess of the tractions for the pressures in `x`, `[3m]`, whose tractions are zero, by the simplified
     /// theory of rolling contact (J. J. Kalker's FASTSIM, Vehicle System Dynamics 11 (1982)): along each line from
     /// the leading edge on t grows by −ṡ Δx/(V L) and is cut at μp. The flexibility L is the one at which a traction
-    /// proportional to the pressure has on average the gradient of w that it has in truth (`friction`: μ of each
+    /// proportional to the pressure of a patch has on average the gradient of w that it has in truth (`friction`: μ of
+    /// each
     /// candidate, `[m]`): with w = L t and elliptic stresses, L = −2⟨ṡ x⟩/(V p_max).
     pub fn guess_tractions(&self, problem: &SteadyProblem<'_>, friction: &[f64], x: &mut [f64], y: &[f64]) {
         let m = self.nodes.len();
-        let closed: Vec<usize> = (0..m).filter(|&a| x[3 * a + 2] > 0.0).collect();
-        let peak = closed.iter().map(|&a| x[3 * a + 2]).fold(0.0, f64::max);
-        let probe: Vec<f64> = closed.iter().flat_map(|&a| [x[3 * a + 2], x[3 * a + 2], 0.0]).collect();
-        let u = self.displaced(&closed, &probe);
-        let position = |a: usize| problem.interface.point(self.nodes[a])[0];
-        let count = closed.len() as f64;
-        let centre = closed.iter().map(|&a| position(a)).sum::<f64>() / count;
-        let flexibility = [0, 1].map(|c| {
-            let of = |&a: &usize| (position(a) - centre) * self.responds(a, &u)[c] / self.rho_creep[a];
-            let mean = closed.iter().map(of).sum::<f64>();
-            -2.0 * mean / (count * peak)
-        });
-        if flexibility.iter().any(|l| *l <= 0.0 || !l.is_finite()) {
-            return;
-        }
-        let mut previous: Option<usize> = None;
-        for &a in &closed {
-            let (t, length) = match previous {
-                Some(b) if self.nodes[a] == self.nodes[b] + 1 && self.line[a] == self.line[b] => {
-                    ([x[3 * b], x[3 * b + 1]], position(a) - position(b))
-                }
-                // The edge lies half-way ahead of the first node, more or less.
-                _ => ([0.0; 2], 0.5 * self.weight[a].sqrt()),
-            };
-            let z = [0, 1].map(|c| t[c] - y[3 * a + c] / self.rho_creep[a] * length / flexibility[c]);
-            let z = super::law::project_disc(z, friction[a] * x[3 * a + 2]);
-            x[3 * a..3 * a + 2].copy_from_slice(&z);
-            previous = Some(a);
+        let pressed: Vec<usize> = (0..m).filter(|&a| x[3 * a + 2] > 0.0).collect();
+        let probe: Vec<f64> = pressed.iter().flat_map(|&a| [x[3 * a + 2], x[3 * a + 2], 0.0]).collect();
+        let u = self.displaced(&pressed, &probe);
+        let s = problem.interface;
+        let position = |a: usize| s.point(self.nodes[a])[0];
+        for closed in pressed.chunk_by(|&a, &b| s.patch_of(self.nodes[a]) == s.patch_of(self.nodes[b])) {
+            let peak = closed.iter().map(|&a| x[3 * a + 2]).fold(0.0, f64::max);
+            let count = closed.len() as f64;
+            let centre = closed.iter().map(|&a| position(a)).sum::<f64>() / count;
+            let flexibility = [0, 1].map(|c| {
+                let of = |&a: &usize| (position(a) - centre) * self.responds(a, &u)[c] / self.rho_creep[a];
+                let mean = closed.iter().map(of).sum::<f64>();
+                -2.0 * mean / (count * peak)
+            });
+            if flexibility.iter().any(|l| *l <= 0.0 || !l.is_finite()) {
+                continue;
+            }
+            let mut previous: Option<usize> = None;
+            for &a in closed {
+                let (t, length) = match previous {
+                    Some(b) if self.nodes[a] == self.nodes[b] + 1 && self.line[a] == self.line[b] => {
+                        ([x[3 * b], x[3 * b + 1]], position(a) - position(b))
+                    }
+                    // The edge lies half-way ahead of the first node, more or less.
+                    _ => ([0.0; 2], 0.5 * self.weight[a].sqrt()),
+                };
+                let z = [0, 1].map(|c| t[c] - y[3 * a + c] / self.rho_creep[a] * length / flexibility[c]);
+                let z = super::law::project_disc(z, friction[a] * x[3 * a + 2]);
+                x[3 * a..3 * a + 2].copy_from_slice(&z);
+                previous = Some(a);
+            }
         }
     }
 }

@@ -5,7 +5,7 @@
 //! of friction. The influence matrix of the candidates is kept: it does not depend on the creepage.
 
 use super::candidates::Candidates;
-use super::interface::Creepage;
+use super::interface::PatchKinematics;
 use super::law::{project_disc, size, Status};
 use super::steady::{Start, SteadyProblem, SteadySolution};
 use crate::Result;
@@ -16,7 +16,7 @@ pub struct Continuation<'a> {
     problem: SteadyProblem<'a>,
     candidates: Option<Candidates<'a>>,
     /// The last solutions with their creepages, the latest first.
-    last: VecDeque<(Creepage, SteadySolution)>,
+    last: VecDeque<(Vec<PatchKinematics>, SteadySolution)>,
 }
 
 impl<'a> Continuation<'a> {
@@ -30,10 +30,10 @@ impl<'a> Continuation<'a> {
         &self.problem
     }
 
-    /// The solution at another `creepage`; where the last ones lead to none, from nothing.
-    pub fn solve(&mut self, creepage: Creepage) -> Result<SteadySolution> {
-        self.problem.creepage = creepage;
-        let found = match self.ahead(creepage) {
+    /// The solution at other creepages of the patches, `[patches]`; where the last ones lead to none, from nothing.
+    pub fn solve(&mut self, kinematics: Vec<PatchKinematics>) -> Result<SteadySolution> {
+        self.problem.kinematics.clone_from(&kinematics);
+        let found = match self.ahead(&kinematics) {
             Some(start) => self.problem.solve_with(Some(start), &mut self.candidates).or_else(|_| {
                 self.candidates = None;
                 self.problem.solve_with(None, &mut self.candidates)
@@ -43,7 +43,7 @@ impl<'a> Continuation<'a> {
         match &found {
             Ok(solution) => {
                 self.last.truncate(2);
-                self.last.push_front((creepage, solution.clone()));
+                self.last.push_front((kinematics, solution.clone()));
             }
             Err(_) => {
                 self.candidates = None;
@@ -53,27 +53,27 @@ impl<'a> Continuation<'a> {
         found
     }
 
-    /// The stresses at `creepage` by the last solutions.
-    fn ahead(&self, creepage: Creepage) -> Option<Start> {
+    /// The stresses at the creepages `kinematics` by the last solutions.
+    fn ahead(&self, kinematics: &[PatchKinematics]) -> Option<Start> {
         let (here, last) = self.last.front().filter(|(_, s)| s.pressure.iter().any(|&p| p > 0.0))?;
         let mut start =
-            Start { stress: last.stresses(), approach: last.approach, friction: Some(last.friction.clone()) };
+            Start { stress: last.stresses(), motions: last.motions.clone(), friction: Some(last.friction.clone()) };
         let Some((there, before)) = self.last.get(1) else { return Some(start) };
         // Where the others are when the last one is at 0 and the one before it at −1.
         let past = distance(here, there);
-        let place = |c: &Creepage| dot(distance(c, here), past) / dot(past, past);
-        let far = place(&creepage);
+        let place = |c: &[PatchKinematics]| dot(&distance(c, here), &past) / dot(&past, &past);
+        let far = place(kinematics);
         if !(far.abs() <= 4.0) {
             return Some(start);
         }
         let line = [1.0 + far, -far, 0.0];
         let earlier = self.last.get(2).filter(|(c, _)| {
             let (along, off) = (place(c), distance(c, here));
-            let aside = [0, 1, 2].map(|k| off[k] - along * past[k]);
+            let aside: Vec<f64> = off.iter().zip(&past).map(|(o, p)| o - along * p).collect();
             // Beyond the others, in their direction, by a step like theirs; and on.
             (-4.0..=-1.25).contains(&along)
                 && (0.0..=2.0).contains(&far)
-                && dot(aside, aside) <= 1e-12 * dot(past, past)
+                && dot(&aside, &aside) <= 1e-12 * dot(&past, &past)
         });
         let parabola = earlier.map_or(line, |(c, _)| {
             let e = place(c);
@@ -83,7 +83,9 @@ impl<'a> Continuation<'a> {
         let taken = |by: [f64; 3], of: &dyn Fn(&SteadySolution) -> f64| {
             by[0] * of(last) + by[1] * of(before) + by[2] * of(oldest)
         };
-        start.approach = taken(parabola, &|s| s.approach);
+        for (j, motion) in start.motions.iter_mut().enumerate() {
+            *motion = taken(parabola, &|s| s.motions[j]);
+        }
         for i in (0..last.state.len()).filter(|&i| last.pressure[i] > 0.0) {
             let same = [before, oldest].iter().all(|s| s.state[i] == last.state[i]);
             let by = if same { parabola } else { line };
@@ -102,10 +104,15 @@ impl<'a> Continuation<'a> {
     }
 }
 
-fn distance(a: &Creepage, b: &Creepage) -> [f64; 3] {
-    [a.longitudinal - b.longitudinal, a.lateral - b.lateral, a.spin - b.spin]
+/// Differences of the creepages of all patches, `[3 patches]`.
+fn distance(a: &[PatchKinematics], b: &[PatchKinematics]) -> Vec<f64> {
+    let of = |(a, b): (&PatchKinematics, &PatchKinematics)| {
+        let (a, b) = (a.creepage, b.creepage);
+        [a.longitudinal - b.longitudinal, a.lateral - b.lateral, a.spin - b.spin]
+    };
+    a.iter().zip(b).flat_map(of).collect()
 }
 
-fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
-    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

@@ -79,11 +79,13 @@ impl<'a> DeferredSteady<'a> {
                 product.len()
             )));
         }
-        let (stress, approach) = (proposed.stresses(), proposed.approach);
+        let (stress, motions) = (proposed.stresses(), proposed.motions.clone());
+        let approach = self.problem.approaches(&motions);
         let known = self.problem.compliance.multiply(&self.reactions(proposed));
         self.history[step][1] = (0..3 * s.len()).map(|k| product[k] - known[k] - self.assumed[k]).collect();
-        let upstream = s.edge_upstream(self.problem.stencil, &stress, |i| s.gap[i] - approach + product[3 * i + 2]);
-        self.problem.evaluate(&stress, approach, upstream, &product, self.effort)
+        let deformed = |i: usize| s.gap[i] - approach[s.patch_of(i)] + product[3 * i + 2];
+        let upstream = s.edge_upstream(self.problem.stencil, &stress, deformed);
+        self.problem.evaluate(&stress, motions, upstream, &product, self.effort)
     }
 
     fn reactions(&self, solution: &SteadySolution) -> Vec<f64> {
@@ -129,18 +131,29 @@ impl<'a> DeferredSteady<'a> {
         self.assumed = next;
     }
 
-    /// Relevant part of a displacement: that of the closed nodes, and at given load less its mean.
+    /// Relevant part of a displacement: that of the closed nodes less its mean along the surface on each patch, and
+    /// less what the unknown motions take up along the normal.
     fn counting(&self, d: &[f64]) -> Vec<f64> {
+        let s = self.problem.interface;
         let closed: Vec<usize> = match &self.proposed {
             Some(p) => (0..p.pressure.len()).filter(|&i| p.pressure[i] > 0.0).collect(),
             None => Vec::new(),
         };
-        let given = matches!(self.problem.load, super::NormalLoad::Approach(_));
-        let mean = [0, 1, 2].map(|c| match c == 2 && given {
-            true => 0.0,
-            false => closed.iter().map(|&i| d[3 * i + c]).sum::<f64>() / closed.len() as f64,
-        });
-        closed.iter().flat_map(|&i| [0, 1, 2].map(|c| d[3 * i + c] - mean[c])).collect()
+        let mut counts: Vec<f64> = Vec::with_capacity(3 * closed.len());
+        for on_patch in closed.chunk_by(|&a, &b| s.patch_of(a) == s.patch_of(b)) {
+            let mean = [0, 1].map(|c| on_patch.iter().map(|&i| d[3 * i + c]).sum::<f64>() / on_patch.len() as f64);
+            counts.extend(on_patch.iter().flat_map(|&i| [d[3 * i] - mean[0], d[3 * i + 1] - mean[1], d[3 * i + 2]]));
+        }
+        for j in self.problem.loads.unknown() {
+            let factors: Vec<f64> =
+                closed.iter().map(|&i| self.problem.loads.motions[j].factors[s.patch_of(i)]).collect();
+            let along = counts.iter().skip(2).step_by(3).zip(&factors).map(|(d, n)| d * n).sum::<f64>();
+            let part = along / dot(&factors, &factors);
+            if part.is_finite() {
+                counts.iter_mut().skip(2).step_by(3).zip(&factors).for_each(|(d, n)| *d -= part * n);
+            }
+        }
+        counts
     }
 }
 
@@ -150,7 +163,7 @@ fn subtract(v: &mut [f64], factor: f64, u: &[f64]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::interface::{Creepage, Stencil};
+    use super::super::interface::{Creepage, PatchKinematics, Stencil};
     use super::super::{Influence, NormalLoad};
     use super::*;
     use crate::body::half_space::HalfSpace;
@@ -159,7 +172,9 @@ mod tests {
     use faer::Mat;
 
     fn half_spaces(s: &Interface, stiffer: f64) -> Mat<f64> {
-        let of = |young: f64, poisson| HalfSpace { young: stiffer * young, poisson }.compliance(&s.x, &s.y).unwrap();
+        let of = |young: f64, poisson| {
+            HalfSpace { young: stiffer * young, poisson }.compliance(&s.patches[0].x, &s.patches[0].y).unwrap()
+        };
         combined_compliance(of(205e9, 0.3).as_ref(), of(60e9, 0.1).as_ref()).unwrap()
     }
 
@@ -169,9 +184,8 @@ mod tests {
             interface: s,
             compliance: Influence::Dense(w),
             friction: FrictionLaw::Constant(0.3),
-            speed: 10.0,
-            creepage: Creepage { longitudinal: 0.001, lateral: 0.002, spin: 0.2 },
-            load,
+            kinematics: PatchKinematics::one(10.0, Creepage { longitudinal: 0.001, lateral: 0.002, spin: 0.2 }),
+            loads: load.into(),
             stencil: Stencil::default(),
             tolerance: 1e-8,
             max_iterations: 200,
@@ -191,7 +205,7 @@ mod tests {
             for (a, b) in found.force.iter().zip(direct.force) {
                 assert!((a - b).abs() < 1e-7 * direct.force[2].abs(), "{:?} and {:?}", found.force, direct.force);
             }
-            assert!((found.approach - direct.approach).abs() < 1e-7 * direct.approach);
+            assert!((found.motions[0] - direct.motions[0]).abs() < 1e-7 * direct.motions[0]);
             return step;
         }
         panic!("no solution in 40 steps");
@@ -231,9 +245,8 @@ mod tests {
             interface: &s,
             compliance: w0.as_ref().into(),
             friction: FrictionLaw::Constant(0.3),
-            speed: 10.0,
-            creepage: Creepage::default(),
-            load: NormalLoad::Force(10e3),
+            kinematics: PatchKinematics::one(10.0, Creepage::default()),
+            loads: NormalLoad::Force(10e3).into(),
             stencil: Stencil::default(),
             tolerance: 1e-8,
             max_iterations: 200,

@@ -4,10 +4,10 @@
 
 use super::influence::Influence;
 use super::linear::{NormalBlock, NormalFactor, OfAll, LARGE};
+use super::loads::{Loads, NormalLoad};
 use super::normal::{first_guess, NormalSolution};
-use super::steady::NormalLoad;
 use crate::dense::{add_scattered, dot};
-use crate::grid::Interface;
+use crate::grid::{ContactPatch, Interface};
 use crate::model::Convolution;
 
 /// Residual at which it is good enough, as a part of the approach.
@@ -22,6 +22,7 @@ const LIMIT: usize = 300;
 /// A normal problem on the way to its solution.
 pub(super) struct FrictionlessSolution<'a, 's> {
     s: &'s Interface,
+    patch: &'s ContactPatch,
     load: NormalLoad,
     /// Gaps of `nodes`, m, `[m]`.
     gap: Vec<f64>,
@@ -48,14 +49,15 @@ enum Compliance<'a> {
 }
 
 impl<'a, 's> FrictionlessSolution<'a, 's> {
-    /// At the first guess; none where there is none that is sound.
-    pub fn new(w: Influence<'a>, s: &'s Interface, load: NormalLoad) -> Option<Self> {
-        let guess = first_guess(w, s, load);
+    /// At the first guess on the one patch that there is; none where there are several, or no guess that is sound.
+    pub fn new(w: Influence<'a>, s: &'s Interface, loads: &Loads) -> Option<Self> {
+        let (patch, load) = s.only().zip(loads.of_one_patch())?;
+        let guess = first_guess(w, s, loads);
         if guess.len() < 4 {
             return None;
         }
         let entry = |i: usize, j: usize| w.get(3 * i + 2, 3 * j + 2);
-        let nodes = near(s, &guess);
+        let nodes = near(patch, &guess);
         let large = guess.len() > LARGE;
         let (product, factor) = match w {
             Influence::Convolution(c) if large => {
@@ -80,6 +82,7 @@ impl<'a, 's> FrictionlessSolution<'a, 's> {
         let approach = if let NormalLoad::Approach(d) = load { d } else { 0.0 };
         let mut new = Self {
             s,
+            patch,
             load,
             gap,
             nodes,
@@ -150,17 +153,10 @@ impl<'a, 's> FrictionlessSolution<'a, 's> {
         let solution = NormalSolution {
             force: closed.iter().map(|&k| self.force[k]).collect(),
             closed: closed.iter().map(|&k| self.nodes[k]).collect(),
-            approach: self.approach,
+            motions: vec![self.approach],
         };
         // A node at the edge of those that were looked at has neighbours that were not.
-        let (nx, ny) = (self.s.x.len(), self.s.y.len());
-        let all = |i: usize| {
-            let (ix, iy) = (i % nx, i / nx);
-            let lines = iy.saturating_sub(1)..(iy + 2).min(ny);
-            lines.into_iter().all(|jy| {
-                (ix.saturating_sub(1)..(ix + 2).min(nx)).all(|jx| self.nodes.binary_search(&(jx + nx * jy)).is_ok())
-            })
-        };
+        let all = |i: usize| self.patch.neighbours(i, 1).all(|j| self.nodes.binary_search(&j).is_ok());
         let sound = solution.force.iter().all(|f| f.is_finite()) && solution.closed.iter().all(|&i| all(i));
         (sound && !solution.closed.is_empty()).then_some(solution)
     }
@@ -292,16 +288,11 @@ impl<'a, 's> FrictionlessSolution<'a, 's> {
 }
 
 /// The nodes of `set` (ascending) and those about it, ascending: as far as a tenth of its breadth, three at the least.
-fn near(s: &Interface, set: &[usize]) -> Vec<usize> {
-    let (nx, ny) = (s.x.len(), s.y.len());
+fn near(patch: &ContactPatch, set: &[usize]) -> Vec<usize> {
     let reach = 3.max((set.len() as f64).sqrt() as usize / 10);
-    let mut mark = vec![false; nx * ny];
+    let mut mark = vec![false; patch.len()];
     for &i in set {
-        let (ix, iy) = (i % nx, i / nx);
-        for jy in iy.saturating_sub(reach)..(iy + reach + 1).min(ny) {
-            let line = nx * jy;
-            mark[line + ix.saturating_sub(reach)..line + (ix + reach + 1).min(nx)].fill(true);
-        }
+        patch.neighbours(i, reach).for_each(|j| mark[j - patch.first] = true);
     }
-    (0..nx * ny).filter(|&i| mark[i]).collect()
+    patch.nodes().filter(|i| mark[i - patch.first]).collect()
 }

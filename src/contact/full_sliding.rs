@@ -1,19 +1,20 @@
 //! Steady sliding of the whole contact: the state about which stability is examined (`docs/explanation/stability.md`).
 //!
 //! Every closed node slides along τ, so that t = −μ p τ, and the pressure follows from the nonsymmetric problem
-//! g = g0 − δ + (W_nn − W_nt μ τ) p ≥ 0 ⟂ p ≥ 0.
+//! g = g0 − N d + (W_nn − W_nt μ τ) p ≥ 0 ⟂ p ≥ 0, with the rigid motions d of the loads.
 
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
-use super::active_set::{settle, under};
+use super::active_set::settle;
 use super::influence::row;
-use super::interface::{Creepage, Stencil, Upstream};
+use super::interface::{PatchKinematics, Stencil, Upstream};
 use super::law::{LinearContact, LinearNode, Slip, Tangent};
+use super::loads::{Loads, NormalLoad};
 use super::memory::{self, coefficients, Sliding};
-use super::normal::solve_normal;
+use super::normal::{patches, rest_on_a_node, rounds, solve_normal, undetermined};
 use super::patch::refuse_border;
-use super::steady::NormalLoad;
+use super::steady::PatchResultant;
 use crate::dense::dot;
 use crate::friction::FrictionLaw;
 use crate::grid::Interface;
@@ -39,12 +40,10 @@ pub struct SlidingProblem<'a> {
     pub compliance: MatRef<'a, f64>,
     /// Friction law.
     pub friction: FrictionLaw,
-    /// Rolling speed V > 0, m/s.
-    pub speed: f64,
-    /// Creepages.
-    pub creepage: Creepage,
-    /// Normal load or approach.
-    pub load: NormalLoad,
+    /// Rolling speed V > 0 and creepages of each patch, `[patches]`.
+    pub kinematics: Vec<PatchKinematics>,
+    /// Loads or approaches.
+    pub loads: Loads,
     /// Upstream operator.
     pub stencil: Stencil,
     /// Direction of sliding.
@@ -66,12 +65,15 @@ pub struct SlidingSolution {
     pub velocity: Vec<f64>,
     /// Coefficient of friction, 1, `[n]`; at open nodes that at rest.
     pub friction: Vec<f64>,
-    /// Contact force on body 1, N: (x, y, z); the third is minus the normal force.
+    /// Contact force on body 1, N: (x, y, z); the third is minus the normal force. Of several patches the sum of the
+    /// components, each in the frame of its patch.
     pub force: [f64; 3],
-    /// Moment of the tractions on body 1 about the z axis, N·m.
+    /// Moment of the tractions on body 1 about the z axes of the patches, N·m.
     pub moment_z: f64,
-    /// Approach, m.
-    pub approach: f64,
+    /// Forces, moment and approach of each patch, `[patches]`.
+    pub patches: Vec<PatchResultant>,
+    /// Rigid motions, m, `[motions]`; 0 of those that bear nothing.
+    pub motions: Vec<f64>,
     /// Creep velocity of the deformed bodies, c + V ∂w/∂x, m/s, `[n][2]`.
     pub creep: Vec<[f64; 2]>,
     /// Number of closed nodes whose creep in the deformed state points against τ: were the state computed with stick,
@@ -90,29 +92,27 @@ impl SlidingProblem<'_> {
     pub fn solve(&self) -> Result<SlidingSolution> {
         let s = self.interface;
         let n = s.len();
-        if self.compliance.shape() != (3 * n, 3 * n) {
+        if self.compliance.shape() != (3 * n, 3 * n) || self.kinematics.len() != s.patches.len() {
             return Err(Error::Defect(format!(
-                "steady sliding: an influence matrix of {:?} entries for {n} nodes",
-                self.compliance.shape()
+                "steady sliding: an influence matrix of {:?} entries and {} rolling speeds for {n} nodes on {} patches",
+                self.compliance.shape(),
+                self.kinematics.len(),
+                s.patches.len()
             )));
         }
-        let rolls = self.speed > 0.0 && self.speed.is_finite();
-        if !(rolls || s.are_points()) {
-            return Err(Error::Job(format!("contact.speed is {}: it must be positive", self.speed)));
-        }
-        if let NormalLoad::Force(f) = self.load {
-            if !(f > 0.0 && f.is_finite()) {
-                return Err(Error::Job(format!("contact.normal_load is {f} N: sliding needs a pressing load")));
+        for &PatchKinematics { speed, .. } in &self.kinematics {
+            if !(s.are_points() || speed > 0.0 && speed.is_finite()) {
+                return Err(Error::Job(format!("contact.speed is {speed}: it must be positive")));
             }
         }
+        self.refuse_loads()?;
         let rigid = |i: usize| {
-            let [x, y] = s.point(i);
-            let (creepage, own) = (self.creepage.rigid(x, y), s.creep(i));
-            [0, 1].map(|c| creepage[c] * self.speed + own[c])
+            let (creepage, own) = (s.rigid(&self.kinematics, i), s.creep(i));
+            [0, 1].map(|c| creepage[c] * self.speed(i) + own[c])
         };
         // The creep that gives direction and velocity; the rigid one to begin with.
         let mut creep: Vec<[f64; 2]> = (0..n).map(rigid).collect();
-        let mut closed = solve_normal(self.compliance.into(), s, self.load)?.closed;
+        let mut closed = solve_normal(self.compliance.into(), s, &self.loads)?.closed;
         let mut change = f64::INFINITY;
         for round in 0..100 {
             let solution = self.with_creep(&creep, &mut closed)?;
@@ -145,6 +145,23 @@ impl SlidingProblem<'_> {
         )))
     }
 
+    /// Refuses loads that do not press.
+    fn refuse_loads(&self) -> Result<()> {
+        let pressing = |load: &NormalLoad| !matches!(load, NormalLoad::Force(f) if !(*f > 0.0 && f.is_finite()));
+        let motions = &self.loads.motions;
+        match motions.first().map(|m| m.load) {
+            Some(NormalLoad::Force(f)) if !motions.iter().any(|m| pressing(&m.load)) => {
+                Err(Error::Job(format!("contact.normal_load is {f} N: sliding needs a pressing load")))
+            }
+            _ => self.loads.check(self.interface.patches.len(), self.friction.largest()),
+        }
+    }
+
+    /// Rolling speed of the patch of node `i`, m/s.
+    fn speed(&self, i: usize) -> f64 {
+        self.kinematics[self.interface.patch_of(i)].speed
+    }
+
     /// The state with direction and velocity of sliding given by `creep` (m/s, `[n][2]`); `closed` is a guess and
     /// becomes the closed set.
     fn with_creep(&self, creep: &[[f64; 2]], closed: &mut Vec<usize>) -> Result<SlidingSolution> {
@@ -164,12 +181,15 @@ impl SlidingProblem<'_> {
         // What the material remembers depends on where it came in.
         let remembered = |closed: &[usize]| {
             let closed = |i: usize| closed.binary_search(&i).is_ok();
-            coefficients(&self.friction, s, self.speed, closed, |i| creep[i][0].hypot(creep[i][1]))
+            coefficients(&self.friction, s, &self.kinematics, closed, |i| creep[i][0].hypot(creep[i][1]))
         };
-        let limit = 30 + s.x.len() + s.y.len();
+        let limit = rounds(s);
+        let patch = patches(s);
+        let count = self.loads.motions.len();
         let displacement =
             |at: usize, reaction: &[f64]| -> f64 { row(w, at).map_or(f64::NAN, |row| dot(row, reaction)) };
         let settled = settle(std::mem::take(closed), limit, |closed| {
+            rest_on_a_node(s, &self.loads, &patch, closed);
             if closed.is_empty() {
                 return Err(Error::Job(
                     "contact.approach: the bodies do not touch; sliding needs a closed contact, increase the approach"
@@ -183,9 +203,17 @@ impl SlidingProblem<'_> {
                 let (i, (j, [x, y])) = (closed[i], (closed[j], ratios[j]));
                 w[(3 * i + 2, 3 * j + 2)] + w[(3 * i + 2, 3 * j)] * x + w[(3 * i + 2, 3 * j + 1)] * y
             });
-            let mut solved = Mat::from_fn(k, 2, |i, c| if c == 0 { 1.0 } else { s.gap[closed[i]] });
+            let mut solved = Mat::from_fn(k, count + 1, |i, c| match self.loads.motions.get(c) {
+                Some(motion) => motion.factors[patch[closed[i]]],
+                None => s.gap[closed[i]],
+            });
             a.partial_piv_lu().solve_in_place(&mut solved);
-            let (force, approach) = under(self.load, &solved);
+            let bearing = |j: usize, i: usize| {
+                let ([gx, gy, gn], [x, y]) = (self.loads.motions[j].resultant[patch[closed[i]]], ratios[i]);
+                gn + gx * x + gy * y
+            };
+            let (force, motions) = self.loads.forces(&solved, bearing).ok_or_else(undetermined)?;
+            let approach: Vec<f64> = (0..s.patches.len()).map(|c| self.loads.approach(&motions, c)).collect();
             let mut reaction = vec![0.0; 3 * n];
             let mut inside = vec![false; n];
             let mut next = Vec::new();
@@ -203,23 +231,26 @@ impl SlidingProblem<'_> {
                         .into(),
                 ));
             }
-            let gap: Vec<f64> = (0..n).map(|i| s.gap[i] - approach + displacement(3 * i + 2, &reaction)).collect();
-            let scale = approach.abs() + s.gap.iter().fold(0.0f64, |m, g| m.max(g.abs()));
-            next.extend((0..n).filter(|&i| !inside[i] && gap[i] < -1e-13 * scale));
+            let gap: Vec<f64> =
+                (0..n).map(|i| s.gap[i] - approach[patch[i]] + displacement(3 * i + 2, &reaction)).collect();
+            let largest = |v: &[f64]| v.iter().fold(0.0f64, |m, g| m.max(g.abs()));
+            let scale = largest(&approach) + largest(&s.gap);
+            let enters = |i: &usize| !inside[*i] && !self.loads.is_open(patch[*i]) && gap[*i] < -1e-13 * scale;
+            next.extend((0..n).filter(enters));
             next.sort_unstable();
-            Ok((next, (reaction, gap, approach)))
+            Ok((next, (reaction, gap, motions)))
         })?;
-        let (found, (reaction, gap, approach)) = settled.map_err(|history| {
+        let (found, (reaction, gap, motions)) = settled.map_err(|history| {
             Error::NotConverged(format!(
                 "steady sliding: the set of closed nodes did not settle in {limit} iterations; nodes changed \
                  per iteration: {history:?}"
             ))
         })?;
         *closed = found;
-        refuse_border(w.into(), s, self.load, closed)?;
+        refuse_border(w.into(), s, &self.loads, closed)?;
         let tangential = (0..n).map(|i| [0, 1].map(|c| displacement(3 * i + c, &reaction))).collect();
         let friction = remembered(closed);
-        let solution = self.solution(creep, closed, &reaction, approach, gap, tangential)?;
+        let solution = self.solution(creep, closed, &reaction, motions, gap, tangential)?;
         Ok(SlidingSolution { friction, ..solution })
     }
 
@@ -228,7 +259,7 @@ impl SlidingProblem<'_> {
         creep: &[[f64; 2]],
         closed: &[usize],
         reaction: &[f64],
-        approach: f64,
+        motions: Vec<f64>,
         gap: Vec<f64>,
         w: Vec<[f64; 2]>,
     ) -> Result<SlidingSolution> {
@@ -237,7 +268,7 @@ impl SlidingProblem<'_> {
         let (mut direction, mut velocity) = (Vec::new(), Vec::new());
         for &i in closed {
             let v = creep[i][0].hypot(creep[i][1]);
-            if v <= 1e-12 * self.speed || v.is_nan() {
+            if v <= 1e-12 * self.speed(i) || v.is_nan() {
                 let [x, y] = s.point(i);
                 return Err(Error::Job(format!(
                     "contact.creepage: no creep at the closed node x = {x:.4e} m, y = {y:.4e} m, so the \
@@ -252,23 +283,15 @@ impl SlidingProblem<'_> {
         let upstream = s.edge_upstream(self.stencil, &stress, |i| gap[i]);
         let actual: Vec<[f64; 2]> = (0..n)
             .map(|i| {
-                let [x, y] = s.point(i);
-                let (c, own) = (self.creepage.rigid(x, y), s.creep(i));
-                [0, 1].map(|q| self.speed * (c[q] + upstream.at(i, |j| w[j][q])) + own[q])
+                let (c, own) = (s.rigid(&self.kinematics, i), s.creep(i));
+                [0, 1].map(|q| self.speed(i) * (c[q] + upstream.at(i, |j| w[j][q])) + own[q])
             })
             .collect();
         let reversed =
             closed.iter().zip(&direction).filter(|(&i, t)| actual[i][0] * t[0] + actual[i][1] * t[1] <= 0.0).count();
-        let mut force = [0.0; 3];
-        let mut moment_z = 0.0;
-        for &i in closed {
-            let [x, y] = s.point(i);
-            let r = &reaction[3 * i..3 * i + 3];
-            force[0] += r[0];
-            force[1] += r[1];
-            force[2] -= r[2];
-            moment_z += x * r[1] - y * r[0];
-        }
+        let approach: Vec<f64> = (0..s.patches.len()).map(|c| self.loads.approach(&motions, c)).collect();
+        let patches = PatchResultant::of_patches(s, reaction, &approach);
+        let (force, moment_z) = PatchResultant::total(&patches);
         Ok(SlidingSolution {
             pressure: (0..n).map(|i| stress[3 * i + 2]).collect(),
             traction: (0..n).map(|i| [stress[3 * i], stress[3 * i + 1]]).collect(),
@@ -278,7 +301,8 @@ impl SlidingProblem<'_> {
             friction: Vec::new(),
             force,
             moment_z,
-            approach,
+            patches,
+            motions,
             creep: actual,
             reversed,
             w,
@@ -294,7 +318,7 @@ impl SlidingProblem<'_> {
             // What a law that falls does beyond that is in the memories.
             let slip = Slip::steady(force, direction, v, solution.friction[i], 0.0);
             let terms = solution.upstream.rows[i].iter().filter(|t| t.1 != 0.0);
-            let convection = terms.map(|&(j, d)| (j, self.speed * d)).collect();
+            let convection = terms.map(|&(j, d)| (j, self.speed(i) * d)).collect();
             LinearNode { node: i, tangent: Tangent::Slip(slip), convection }
         };
         let sliding = |((&i, t), &v): ((&usize, &[f64; 2]), &f64)| Sliding {
@@ -308,14 +332,14 @@ impl SlidingProblem<'_> {
         // About the rigid creep the deformed bodies are not looked at, so that neither is what moves their edge.
         let edges = match (self.direction, self.stencil) {
             (SlidingDirection::Actual, Stencil::Edge) => {
-                self.interface.edges(&solution.closed, &solution.gap, &solution.w, self.speed)
+                self.interface.edges(&solution.closed, &solution.gap, &solution.w, &self.kinematics)
             }
             _ => Vec::new(),
         };
         LinearContact {
             nodes: closed().map(node).collect(),
             edges,
-            memory: memory::linear(&self.friction, self.interface, self.speed, &remembering),
+            memory: memory::linear(&self.friction, self.interface, &self.kinematics, &remembering),
         }
     }
 }

@@ -2,9 +2,9 @@
 
 use faer::MatRef;
 
+use super::loads::NormalLoad;
 use super::normal::solve_normal;
 use super::patch::refuse_border;
-use super::steady::NormalLoad;
 use crate::grid::Interface;
 use crate::Result;
 
@@ -30,9 +30,10 @@ impl PatchEstimate {
     /// Under the normal force `load` (N), `w` being the influence matrix of half-spaces on the grid, m/N, `[3n, 3n]`.
     /// A contact that reaches the border of the patch is an error, as it is in the analyses.
     pub fn new(w: MatRef<'_, f64>, s: &Interface, load: f64) -> Result<Self> {
-        let certain = solve_normal(w.into(), s, NormalLoad::Force(CERTAIN * load))?;
-        refuse_border(w.into(), s, NormalLoad::Force(load), &certain.closed)?;
-        let found = solve_normal(w.into(), s, NormalLoad::Force(load))?;
+        let patch = s.single("the estimate of the contact by half-spaces")?;
+        let certain = solve_normal(w.into(), s, &NormalLoad::Force(CERTAIN * load).into())?;
+        refuse_border(w.into(), s, &NormalLoad::Force(load).into(), &certain.closed)?;
+        let found = solve_normal(w.into(), s, &NormalLoad::Force(load).into())?;
         let mut half = [0.0f64; 2];
         let mut area = 0.0;
         let mut pressure = 0.0f64;
@@ -40,15 +41,15 @@ impl PatchEstimate {
             area += s.weight[i];
             pressure = pressure.max(force / s.weight[i]);
         }
-        for (axis, lines) in [&s.x, &s.y].into_iter().enumerate() {
-            let place = |i: usize| if axis == 0 { i % s.x.len() } else { i / s.x.len() };
+        for (axis, lines) in [&patch.x, &patch.y].into_iter().enumerate() {
+            let place = |i: usize| [patch.indices(i).0, patch.indices(i).1][axis];
             let low = found.closed.iter().map(|&i| place(i)).min().unwrap_or(0);
             let high = found.closed.iter().map(|&i| place(i)).max().unwrap_or(0);
             let from = 0.5 * (lines[low] + lines[low.saturating_sub(1)]);
             let to = 0.5 * (lines[high] + lines[(high + 1).min(lines.len() - 1)]);
             half[axis] = 0.5 * (to - from);
         }
-        Ok(Self { area, half, pressure, approach: found.approach })
+        Ok(Self { area, half, pressure, approach: found.motions[0] })
     }
 }
 
@@ -63,7 +64,7 @@ mod tests {
         let steel = HalfSpace { young: 205e9, poisson: 0.3 };
         let s = Interface::paraboloid(41, 41, [7e-3, 7e-3], [4.0, 4.0]).unwrap();
         // Two equal bodies: twice the compliance of one.
-        let w = faer::Scale(2.0) * steel.compliance(&s.x, &s.y).unwrap();
+        let w = faer::Scale(2.0) * steel.compliance(&s.patches[0].x, &s.patches[0].y).unwrap();
         let modulus = 0.5 * steel.plane();
         let a = (0.75 * 70e3 / (4.0 * modulus)).cbrt();
         let found = PatchEstimate::new(w.as_ref(), &s, 70e3).unwrap();

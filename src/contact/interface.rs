@@ -2,7 +2,7 @@
 
 use super::law::LinearEdge;
 use super::upwind_reconstruction::UpwindReconstruction;
-use crate::grid::Interface;
+use crate::grid::{ContactPatch, Interface};
 
 /// How ∂w/∂x is taken at a node from the node itself and its upstream neighbours (those with smaller x).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -72,20 +72,48 @@ impl Creepage {
     }
 }
 
+/// Rolling of one contact patch.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PatchKinematics {
+    /// Rolling speed V > 0, m/s.
+    pub speed: f64,
+    /// Creepages ξ, η (1), φ (1/m), spin about the origin of the patch.
+    pub creepage: Creepage,
+}
+
+impl PatchKinematics {
+    /// The rolling of an interface of one patch.
+    pub fn one(speed: f64, creepage: Creepage) -> Vec<Self> {
+        vec![Self { speed, creepage }]
+    }
+}
+
 impl Interface {
+    /// Rigid creep of node `i` per unit speed of its patch, 1; the patches roll as `kinematics` says, `[patches]`.
+    pub(super) fn rigid(&self, kinematics: &[PatchKinematics], i: usize) -> [f64; 2] {
+        let [x, y] = self.point(i);
+        kinematics[self.patch_of(i)].creepage.rigid(x, y)
+    }
+
     /// How V ∂w/∂x at the closed nodes `closed` (ascending) follows the gaps ahead of the leading edge, with the
     /// operator of [`Stencil::Edge`] for the deformed `gap` (m, `[n]`), the displacement `w` (m, `[n]`) and the speed
-    /// V, m/s.
-    pub(super) fn edges(&self, closed: &[usize], gap: &[f64], w: &[[f64; 2]], speed: f64) -> Vec<LinearEdge> {
-        let nx = self.x.len();
+    /// V of each patch.
+    pub(super) fn edges(
+        &self,
+        closed: &[usize],
+        gap: &[f64],
+        w: &[[f64; 2]],
+        kinematics: &[PatchKinematics],
+    ) -> Vec<LinearEdge> {
         let mut inside = vec![false; self.len()];
         closed.iter().for_each(|&i| inside[i] = true);
         let edge = |(at, &i): (usize, &usize)| {
-            let ix = i % nx;
+            let (ContactPatch { x, .. }, ix, _) = self.place(i);
             if ix < 2 {
                 return None;
             }
-            let h = [self.x[ix] - self.x[ix - 1], self.x[ix] - self.x[ix - 2]];
+            let speed = kinematics[self.patch_of(i)].speed;
+            let h = [x[ix] - x[ix - 1], x[ix] - x[ix - 2]];
             let gaps = [gap[i - 1], gap[i - 2]];
             let course = UpwindReconstruction::of(h, [inside[i], inside[i - 1], inside[i - 2]], || gaps);
             let by_gap = course.derivative_by_gap(h, gaps)?;
@@ -103,22 +131,20 @@ impl Interface {
     /// second difference). A node there is always open, since a contact that reaches the border is refused, so that
     /// its value serves the written creep alone. The second column has the two-point difference.
     pub fn upstream(&self, stencil: Stencil, contact: Option<(&[f64], &[bool])>) -> Upstream {
-        let nx = self.x.len();
-        let row = |i: usize| -> [(usize, f64); 3] {
+        let row = |x: &[f64], i: usize, ix: usize| -> [(usize, f64); 3] {
             if self.are_points() {
                 return [(i, 0.0); 3];
             }
-            let ix = i % nx;
             if ix == 0 {
-                let d = 1.0 / (self.x[1] - self.x[0]);
+                let d = 1.0 / (x[1] - x[0]);
                 return [(i, -d), (i + 1, d), (i, 0.0)];
             }
-            let h1 = self.x[ix] - self.x[ix - 1];
+            let h1 = x[ix] - x[ix - 1];
             let two = [(i, 1.0 / h1), (i - 1, -1.0 / h1), (i, 0.0)];
             if stencil == Stencil::Upwind1 || ix < 2 {
                 return two;
             }
-            let h = [h1, self.x[ix] - self.x[ix - 2]];
+            let h = [h1, x[ix] - x[ix - 2]];
             let course = match contact {
                 Some((gap, closed)) if stencil == Stencil::Edge => {
                     UpwindReconstruction::of(h, [closed[i], closed[i - 1], closed[i - 2]], || [gap[i - 1], gap[i - 2]])
@@ -128,18 +154,20 @@ impl Interface {
             let [a, b, c] = course.derivative(h);
             [(i, a), (i - 1, b), (i - 2, c)]
         };
-        Upstream { rows: (0..self.len()).map(row).collect() }
+        let of = |p: &ContactPatch| p.nodes().map(|i| row(&p.x, i, p.indices(i).0)).collect::<Vec<_>>();
+        Upstream { rows: self.patches.iter().flat_map(of).collect() }
     }
 
     /// The upstream operator of the contact that holds the given stresses (tx, ty, p), Pa, `[3n]`; `deformed` is the
     /// gap of the deformed bodies at a node, m.
     pub(super) fn edge_upstream(&self, stencil: Stencil, stress: &[f64], deformed: impl Fn(usize) -> f64) -> Upstream {
-        let nx = self.x.len();
         let closed: Vec<bool> = (0..self.len()).map(|i| stress[3 * i + 2] > 0.0).collect();
         let mut gap = vec![0.0; self.len()];
         // Only the two nodes ahead of an edge are asked for their gap.
-        for i in (0..self.len()).filter(|&i| !closed[i] && (1..=2).any(|k| i % nx + k < nx && closed[i + k])) {
-            gap[i] = deformed(i);
+        for p in &self.patches {
+            let (first, nx) = (p.first, p.x.len());
+            let ahead = |i: usize| !closed[i] && (1..=2).any(|k| (i - first) % nx + k < nx && closed[i + k]);
+            p.nodes().filter(|&i| ahead(i)).for_each(|i| gap[i] = deformed(i));
         }
         self.upstream(stencil, Some((&gap, &closed)))
     }
@@ -177,15 +205,15 @@ mod tests {
         for st in [Stencil::Upwind1, Stencil::Upwind2, Stencil::Edge] {
             let d = s.upstream(st, None);
             for i in 0..s.len() {
-                let ix = i % s.x.len();
+                let (ContactPatch { x, .. }, ix, _) = s.place(i);
                 let got = d.at(i, |j| 3.0 - 2.0 * s.point(j)[0]);
                 assert!((got + 2.0).abs() < 1e-12, "node {i} {st:?}: {got}");
                 if ix >= 2 && st != Stencil::Upwind1 {
                     let got = d.at(i, |j| s.point(j)[0].powi(2));
-                    assert!((got - 2.0 * s.x[ix]).abs() < 1e-12, "node {i} {st:?}: {got}");
+                    assert!((got - 2.0 * x[ix]).abs() < 1e-12, "node {i} {st:?}: {got}");
                 }
                 if ix >= 1 {
-                    assert!(d.rows[i].iter().all(|&(j, _)| s.point(j)[0] <= s.x[ix]), "node {i} looks downstream");
+                    assert!(d.rows[i].iter().all(|&(j, _)| s.point(j)[0] <= x[ix]), "node {i} looks downstream");
                 }
             }
         }

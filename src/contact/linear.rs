@@ -6,9 +6,10 @@ use std::cell::RefCell;
 use faer::linalg::solvers::{Llt, PartialPivLu, Solve};
 use faer::{Mat, MatMut, Side};
 
-use super::candidates::Candidates;
+use super::candidates::{Candidates, Resultant};
 use super::krylov::gmres;
 use super::law::Tangent;
+use super::loads::solve_small;
 use super::newton::{node, Effort, Iterate, Law, UNIT};
 use super::normal::not_definite;
 use crate::dense::dot;
@@ -102,8 +103,8 @@ pub(super) struct NormalBlock<'a> {
     place: Vec<Option<usize>>,
     /// The closed nodes, as candidates.
     closed: Vec<usize>,
-    /// K_nn⁻¹ ∂g/∂δ, `[k]`.
-    by_approach: Vec<f64>,
+    /// K_nn⁻¹ ∂g/∂d of each motion, `[motions][k]`.
+    by_motion: Vec<Vec<f64>>,
 }
 
 impl<'a> NormalBlock<'a> {
@@ -137,8 +138,8 @@ impl<'a> NormalBlock<'a> {
         }
         self.closed = closed.to_vec();
         self.place = closed.iter().map(|&a| self.nodes.binary_search(&c.nodes[a]).ok()).collect();
-        let z: Vec<f64> = closed.iter().map(|&a| c.by_approach[a]).collect();
-        self.by_approach = self.solve(c, &z);
+        let column = |by: &Vec<f64>| self.solve(c, &closed.iter().map(|&a| by[a]).collect::<Vec<f64>>());
+        self.by_motion = c.by_motion.iter().map(column).collect();
         Ok(())
     }
 
@@ -162,20 +163,23 @@ impl<'a> NormalBlock<'a> {
 pub(super) struct NewtonStep {
     /// Change of the stresses, `[3m]`.
     pub dx: Vec<f64>,
-    /// Change of the approach.
-    pub dd: f64,
+    /// Change of the motions, `[motions]`.
+    pub dd: Vec<f64>,
     /// Change of the displacements that follows, `[3q]`.
     pub du: Vec<f64>,
 }
 
-/// The linearised map at an iterate. Unknowns `[3k + 1]`: (δtx, δty, δp) of the closed nodes, then δδ.
+/// The linearised map at an iterate. Unknowns `[3k + motions]`: (δtx, δty, δp) of the closed nodes, then the changes of
+/// the rigid motions; those that are prescribed keep the equation δd = 0.
 pub(super) struct NewtonSystem<'a, 'w> {
     c: &'a Candidates<'w>,
-    law: Law<'a>,
     closed: &'a [usize],
     tangents: Vec<Tangent>,
     normal: &'a NormalBlock<'w>,
     lines: Vec<Line>,
+    /// Part of the pressures of the closed nodes in each resultant, the friction of those that slide included,
+    /// `[resultants][k]`.
+    bearing: Vec<Vec<f64>>,
     rhs: Vec<f64>,
 }
 
@@ -197,7 +201,7 @@ impl<'a, 'w> NewtonSystem<'a, 'w> {
     ) -> Self {
         let k = closed.len();
         let mut tangents = Vec::with_capacity(k);
-        let mut rhs = vec![0.0; 3 * k + 1];
+        let mut rhs = vec![0.0; 3 * k + c.by_motion.len()];
         for (i, &a) in closed.iter().enumerate() {
             let (x, y) = (&now.x[3 * a..3 * a + 3], &now.y[3 * a..3 * a + 3]);
             let node = node(x, y);
@@ -209,9 +213,15 @@ impl<'a, 'w> NewtonSystem<'a, 'w> {
             rhs[3 * i..3 * i + 3].copy_from_slice(&[-along, -across, -y[2]]);
             tangents.push(tangent);
         }
-        if law.force_given {
-            rhs[3 * k] = c.target - c.share.iter().zip(now.x.chunks_exact(3)).map(|(s, x)| s * x[2]).sum::<f64>();
-        }
+        c.resultants.iter().for_each(|r| rhs[3 * k + r.motion] = -r.error(&now.x));
+        let bearing = |r: &Resultant| -> Vec<f64> {
+            let of = |(&a, tangent): (&usize, &Tangent)| {
+                let ([x, y, n], t) = (r.share[a], tangent.friction());
+                n + x * t[0] + y * t[1]
+            };
+            closed.iter().zip(&tangents).map(of).collect()
+        };
+        let bearing = c.resultants.iter().map(bearing).collect();
         let mut creeps = Vec::new();
         let lines = (0..k)
             .collect::<Vec<_>>()
@@ -233,7 +243,7 @@ impl<'a, 'w> NewtonSystem<'a, 'w> {
                 Line { first, len, factor: block.partial_piv_lu() }
             })
             .collect();
-        Self { c, law, closed, tangents, normal, lines, rhs }
+        Self { c, closed, tangents, normal, lines, bearing, rhs }
     }
 
     /// Solves to the relative residual `tolerance`; None when that fails badly.
@@ -248,26 +258,27 @@ impl<'a, 'w> NewtonSystem<'a, 'w> {
         for (i, &a) in self.closed.iter().enumerate() {
             dx[3 * a..3 * a + 3].copy_from_slice(&solved.x[3 * i..3 * i + 3]);
         }
-        Some(NewtonStep { dx, dd: solved.x[3 * k], du: solved.image })
+        Some(NewtonStep { dx, dd: solved.x[3 * k..].to_vec(), du: solved.image })
     }
 
     /// Linearised map of `v`, and the change of the displacements.
     fn apply(&self, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let k = self.closed.len();
         let du = self.c.displaced(self.closed, &v[..3 * k]);
-        let mut out = vec![0.0; 3 * k + 1];
+        let mut out = vec![0.0; v.len()];
+        // Motions that are prescribed stay.
+        out[3 * k..].copy_from_slice(&v[3 * k..]);
+        self.c.resultants.iter().for_each(|r| out[3 * k + r.motion] = 0.0);
         for (i, &a) in self.closed.iter().enumerate() {
             let t = &v[3 * i..3 * i + 3];
             let mut s = self.c.responds(a, &du);
-            if self.law.force_given {
-                s[2] += self.c.by_approach[a] * v[3 * k];
-                out[3 * k] += self.c.share[a] * t[2];
+            for r in &self.c.resultants {
+                let [x, y, n] = r.share[a];
+                s[2] += self.c.by_motion[r.motion][a] * v[3 * k + r.motion];
+                out[3 * k + r.motion] += x * t[0] + y * t[1] + n * t[2];
             }
             let [u, w] = self.tangents[i].rows([t[0], t[1]], t[2], [s[0], s[1]]);
             out[3 * i..3 * i + 3].copy_from_slice(&[u, w, s[2]]);
-        }
-        if !self.law.force_given {
-            out[3 * k] = v[3 * k];
         }
         (out, du)
     }
@@ -275,17 +286,20 @@ impl<'a, 'w> NewtonSystem<'a, 'w> {
     /// Approximate solution for the residual `r`.
     fn precondition(&self, r: &[f64]) -> Vec<f64> {
         let k = self.closed.len();
-        let mut out = vec![0.0; 3 * k + 1];
+        let mut out = r.to_vec();
         let p: Vec<f64> = (0..k).map(|i| r[3 * i + 2]).collect();
         let mut p = self.normal.solve(self.c, &p);
-        if self.law.force_given {
-            let share: Vec<f64> = self.closed.iter().map(|&a| self.c.share[a]).collect();
-            let z = &self.normal.by_approach;
-            let d = (dot(&share, &p) - r[3 * k]) / dot(&share, z);
-            p.iter_mut().zip(z).for_each(|(p, z)| *p -= d * z);
-            out[3 * k] = d;
-        } else {
-            out[3 * k] = r[3 * k];
+        let z = |of: &Resultant| &self.normal.by_motion[of.motion];
+        let resultants = &self.c.resultants;
+        let mut border: Vec<f64> =
+            self.bearing.iter().flat_map(|b| resultants.iter().map(move |of| dot(b, z(of)))).collect();
+        let mut d: Vec<f64> =
+            self.bearing.iter().zip(resultants).map(|(b, of)| dot(b, &p) - r[3 * k + of.motion]).collect();
+        if solve_small(&mut border, &mut d) {
+            for (of, d) in resultants.iter().zip(d) {
+                p.iter_mut().zip(z(of)).for_each(|(p, z)| *p -= d * z);
+                out[3 * k + of.motion] = d;
+            }
         }
         let mut t: Vec<f32> = Vec::new();
         for line in &self.lines {

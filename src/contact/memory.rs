@@ -1,35 +1,37 @@
 //! Memory of friction in a steady contact: the coefficient of friction at each node, and how small motions change it.
 
+use super::interface::PatchKinematics;
 use super::law::size;
 use crate::friction::{FrictionLaw, Relaxation};
-use crate::grid::Interface;
+use crate::grid::{ContactPatch, Interface};
 
 /// The coefficient of friction at the nodes of an interface, `[n]`: along each line of the grid from the leading edge
-/// on, at the rolling speed `speed` (m/s), where `velocity` (m/s) is that of the sliding at the `closed` nodes. Open
-/// nodes have the coefficient at rest.
+/// on, at the rolling speeds of `kinematics`, `[patches]`, where `velocity` (m/s) is that of the sliding at the
+/// `closed` nodes. Open nodes have the coefficient at rest.
 pub(super) fn coefficients(
     law: &FrictionLaw,
     s: &Interface,
-    speed: f64,
+    kinematics: &[PatchKinematics],
     closed: impl Fn(usize) -> bool,
     velocity: impl Fn(usize) -> f64,
 ) -> Vec<f64> {
     let at_rest = law.coefficient(0.0);
     let mut mu: Vec<f64> = Vec::with_capacity(s.len());
-    for i in 0..s.len() {
-        let before = if i % s.x.len() == 0 { at_rest } else { mu[i - 1] };
-        mu.push(if closed(i) { law.passed(before, velocity(i), passage(s, speed, i)) } else { at_rest });
+    for (patch, rolling) in s.patches.iter().zip(kinematics) {
+        for i in patch.nodes() {
+            let (ix, _) = patch.indices(i);
+            let before = if ix == 0 { at_rest } else { mu[i - 1] };
+            let passage = || if s.are_points() { f64::INFINITY } else { passage(patch, rolling.speed, ix) };
+            mu.push(if closed(i) { law.passed(before, velocity(i), passage()) } else { at_rest });
+        }
     }
     mu
 }
 
-/// Time that the material takes from the node upstream to node `i`, s; at a point it stays for ever.
-fn passage(s: &Interface, speed: f64, i: usize) -> f64 {
-    if s.are_points() {
-        return f64::INFINITY;
-    }
-    let ix = (i % s.x.len()).max(1);
-    (s.x[ix] - s.x[ix - 1]) / speed
+/// Time that the material takes from the grid column upstream to the column `ix`, s.
+fn passage(patch: &ContactPatch, speed: f64, ix: usize) -> f64 {
+    let ix = ix.max(1);
+    (patch.x[ix] - patch.x[ix - 1]) / speed
 }
 
 /// The coefficient at a closed node about a steady state: λ δμ = −decay δμ + upstream δμ(upstream) + gain τ·(λ + V
@@ -61,18 +63,29 @@ pub(super) struct Sliding {
     pub friction: f64,
 }
 
-/// The memories of the closed `nodes`, ascending, of an interface that rolls at `speed`. Nodes in stick take part
-/// where nodes upstream of them slide: they hand on what these have changed.
-pub(super) fn linear(law: &FrictionLaw, s: &Interface, speed: f64, nodes: &[Sliding]) -> Vec<LinearMemory> {
+/// The memories of the closed `nodes`, ascending, of an interface whose patches roll as `kinematics` says. Nodes in
+/// stick take part where nodes upstream of them slide: they hand on what these have changed.
+pub(super) fn linear(
+    law: &FrictionLaw,
+    s: &Interface,
+    kinematics: &[PatchKinematics],
+    nodes: &[Sliding],
+) -> Vec<LinearMemory> {
     let mut memories: Vec<LinearMemory> = Vec::new();
     for (at, n) in nodes.iter().enumerate() {
         let v = size(n.creep);
+        let (patch, ix, _) = s.place(n.node);
+        // At a point the material stays for ever.
+        let passage = match s.are_points() {
+            true => f64::INFINITY,
+            false => passage(patch, kinematics[s.patch_of(n.node)].speed, ix),
+        };
         let upstream = memories
             .last()
-            .filter(|m| !s.are_points() && nodes[m.at].node + 1 == n.node && !n.node.is_multiple_of(s.x.len()))
+            .filter(|m| !s.are_points() && nodes[m.at].node + 1 == n.node && ix > 0)
             .map(|_| memories.len() - 1);
         let sliding = v > 0.0;
-        let Some(mut relaxation) = law.relaxation(n.friction, v, passage(s, speed, n.node)) else { continue };
+        let Some(mut relaxation) = law.relaxation(n.friction, v, passage) else { continue };
         if !sliding {
             if upstream.is_none() {
                 continue;

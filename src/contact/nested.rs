@@ -5,7 +5,6 @@ use super::influence::Influence;
 use super::law::project_disc;
 use super::steady::{SteadyProblem, SteadySolution};
 use crate::grid::Interface;
-use crate::Result;
 
 /// Closed nodes from which on it is worth while.
 const FROM: usize = 700;
@@ -19,7 +18,7 @@ pub(super) fn solution(problem: &SteadyProblem<'_>, closed: usize) -> Option<(In
     if closed < FROM || problem.interface.are_points() {
         return None;
     }
-    let (interface, convolution) = (coarse(problem.interface).ok()?, fine.coarsened()?);
+    let (interface, convolution) = (coarse(problem.interface)?, fine.coarsened()?);
     let tolerance = TOLERANCE.max(problem.tolerance);
     let coarse =
         SteadyProblem { interface: &interface, compliance: (&convolution).into(), tolerance, ..problem.clone() };
@@ -35,10 +34,10 @@ pub(super) fn tractions(
     friction: &[f64],
     stress: &mut [f64],
 ) {
-    let s = problem.interface;
-    let [nx, cx, cy] = [s.x.len(), coarse.x.len(), coarse.y.len()];
+    let Some((fine, coarse)) = problem.interface.only().zip(coarse.only()) else { return };
+    let [cx, cy] = [coarse.x.len(), coarse.y.len()];
     for (i, stress) in stress.chunks_exact_mut(3).enumerate().filter(|(_, stress)| stress[2] > 0.0) {
-        let (ix, iy) = (i % nx, i / nx);
+        let (ix, iy) = fine.indices(i);
         let (mut pressure, mut traction) = (0.0, [0.0; 2]);
         for (jx, jy) in
             [(ix / 2, iy / 2), (ix.div_ceil(2), iy / 2), (ix / 2, iy.div_ceil(2)), (ix.div_ceil(2), iy.div_ceil(2))]
@@ -57,12 +56,14 @@ pub(super) fn tractions(
     }
 }
 
-/// Every second line of a grid.
-fn coarse(s: &Interface) -> Result<Interface> {
+/// Every second line of a grid; none of several, or of a grid with too few lines.
+fn coarse(s: &Interface) -> Option<Interface> {
+    let patch = s.only()?;
     let every = |x: &[f64]| -> Vec<f64> { x.iter().copied().step_by(2).collect() };
-    let (x, y) = (every(&s.x), every(&s.y));
-    let nodes: Vec<usize> = (0..y.len()).flat_map(|j| (0..x.len()).map(move |i| 2 * i + 2 * s.x.len() * j)).collect();
-    let mut coarse = Interface::new(x, y, nodes.iter().map(|&i| s.gap[i]).collect())?;
+    let (x, y) = (every(&patch.x), every(&patch.y));
+    let (nx, ny) = (x.len(), y.len());
+    let nodes: Vec<usize> = (0..ny).flat_map(|j| (0..nx).map(move |i| patch.node(2 * i, 2 * j))).collect();
+    let mut coarse = Interface::new(x, y, nodes.iter().map(|&i| s.gap[i]).collect()).ok()?;
     coarse.shift = nodes.iter().map(|&i| s.shift[i]).collect();
-    Ok(coarse)
+    Some(coarse)
 }

@@ -1,8 +1,8 @@
 //! Semi-smooth Newton method on the coupled natural map of a steady rolling contact.
 //!
-//! Unknowns are the scaled stresses x = (tx, ty, p)/p̄ of the candidate nodes and the approach. With the scaled
+//! Unknowns are the scaled stresses x = (tx, ty, p)/p̄ of the candidate nodes and the rigid motions. With the scaled
 //! influence matrix K, whose rows are the creep per unit speed times ρ_t and the gap times ρ_n, the map needs the
-//! values y = (s, g) = constant + K x − δ; its generalised derivative follows P. Alart and A. Curnier, Comput.
+//! values y = (s, g) = constant + K x − N d; its generalised derivative follows P. Alart and A. Curnier, Comput.
 //! Methods Appl. Mech. Engrg. 92 (1991): at a sliding node the traction is linearised about the direction ẑ of z = t
 //! − s.
 //!
@@ -15,7 +15,7 @@
 use super::candidates::Candidates;
 use super::law::{Augmentation, Node};
 use super::linear::{NewtonStep, NewtonSystem, NormalBlock};
-use super::steady::{NormalLoad, SteadyProblem};
+use super::steady::SteadyProblem;
 use crate::{Error, Result};
 
 /// The unknowns are scaled by the augmentation parameters.
@@ -37,8 +37,8 @@ const NEAR: f64 = 1e-3;
 pub(super) struct Iterate {
     /// Scaled stresses, `[3m]`.
     pub x: Vec<f64>,
-    /// Scaled approach.
-    d: f64,
+    /// Scaled motions, `[motions]`.
+    d: Vec<f64>,
     /// Displacements per unit of stress, m/Pa, `[3q]`.
     u: Vec<f64>,
     /// Creep and gap, scaled, `[3m]`.
@@ -50,9 +50,9 @@ pub(super) struct Iterate {
 }
 
 impl Iterate {
-    /// The stresses `x` and the approach `d` with the displacements `u`, at the part `factor` of the creepage.
-    fn new(c: &Candidates, (law, factor): (Law<'_>, f64), x: Vec<f64>, d: f64, u: Vec<f64>) -> Self {
-        let y = c.response(&u, d, factor);
+    /// The stresses `x` and the motions `d` with the displacements `u`, at the part `factor` of the creepage.
+    fn new(c: &Candidates, (law, factor): (Law<'_>, f64), x: Vec<f64>, d: Vec<f64>, u: Vec<f64>) -> Self {
+        let y = c.response(&u, &d, factor);
         let m = c.nodes.len();
         let (mut largest, mut square) = (0.0f64, 0.0);
         let peak = (0..m).map(|a| x[3 * a + 2]).fold(1e-300, f64::max);
@@ -65,10 +65,10 @@ impl Iterate {
             largest = largest.max(n.abs()).max(tangential.sqrt());
         }
         largest /= peak;
-        if law.force_given {
-            let f = (0..m).map(|a| c.share[a] * x[3 * a + 2]).sum::<f64>() - c.target;
+        for resultant in &c.resultants {
+            let f = resultant.error(&x);
             square += f * f;
-            largest = largest.max(f.abs() / c.target);
+            largest = largest.max(f.abs() / resultant.scale);
         }
         Self { x, d, u, y, largest, norm: square.sqrt() }
     }
@@ -81,8 +81,6 @@ pub(super) struct Law<'a> {
     pub friction: &'a [f64],
     /// The largest that the law knows, the unit in which violations of it are measured.
     pub largest: f64,
-    /// True where the approach is unknown.
-    pub force_given: bool,
 }
 
 /// Factorisations of the closed nodes for the linear systems; of use as long as these nodes stay, from one solution to
@@ -96,8 +94,8 @@ pub(super) struct Factors<'a> {
 pub(super) struct Reached {
     /// Stresses (tx, ty, p), Pa, `[3n]`.
     pub stress: Vec<f64>,
-    /// Approach, m.
-    pub approach: f64,
+    /// Rigid motions, m, `[motions]`.
+    pub motions: Vec<f64>,
     /// The displacements of all nodes under these, m, `[3n]`, where a product in full precision has told them.
     pub displacement: Option<Vec<f64>>,
 }
@@ -124,7 +122,7 @@ pub(super) fn solve<'p>(
 ) -> Result<()> {
     let mut x: Vec<f64> =
         c.nodes.iter().flat_map(|&i| (0..3).map(move |r| 3 * i + r)).map(|k| at.stress[k] / c.unit).collect();
-    let mut d = at.approach / c.approach_unit;
+    let mut d = c.scaled(&at.motions);
     let friction: Vec<f64> = c.nodes.iter().map(|&i| friction[i]).collect();
     let acting: Vec<usize> = (0..c.nodes.len()).filter(|&a| x[3 * a..3 * a + 3].iter().any(|&v| v != 0.0)).collect();
     c.press(&acting);
@@ -134,15 +132,11 @@ pub(super) fn solve<'p>(
         None => (c.displaced(&acting, &gather(&x)), 1.0),
     };
     // Where the edge is in the contact to begin with.
-    let upstream = c.upstream_of(problem, &x, &u, d);
+    let upstream = c.upstream_of(problem, &x, &u, &d);
     c.renew(problem, &upstream);
     let mut run = Run {
         problem,
-        law: Law {
-            friction: &friction,
-            largest: problem.friction.largest(),
-            force_given: matches!(problem.load, NormalLoad::Force(_)),
-        },
+        law: Law { friction: &friction, largest: problem.friction.largest() },
         target,
         factor: 1.0,
         factors: std::mem::take(&mut c.factors),
@@ -159,19 +153,21 @@ pub(super) fn solve<'p>(
         run.moved = moved;
         let (mut start, mut displaced) = (x.clone(), u.clone());
         if run.law.largest > 0.0 && x.chunks_exact(3).all(|v| v[0] == 0.0 && v[1] == 0.0) {
-            let y = c.response(&u, d, run.factor);
+            let y = c.response(&u, &d, run.factor);
             c.guess_tractions(problem, run.law.friction, &mut start, &y);
             displaced = c.displaced(&acting, &gather(&start));
-            if run.law.force_given {
-                // The tractions may lift the bodies as wholes, which the approach takes up.
-                let y = c.response(&displaced, d, run.factor);
-                let sum = |of: &dyn Fn(usize) -> f64| acting.iter().map(|&a| of(a)).sum::<f64>();
-                d -= sum(&|a| y[3 * a + 2]) / sum(&|a| c.by_approach[a]);
+            // The tractions may lift the bodies as wholes, which the motions take up.
+            let y = c.response(&displaced, &d, run.factor);
+            for by in c.resultants.iter().map(|r| r.motion) {
+                let moved = || acting.iter().filter(|&&a| c.by_motion[by][a] != 0.0);
+                let sum = |of: &dyn Fn(usize) -> f64| moved().map(|&a| of(a)).sum::<f64>();
+                let lift = sum(&|a| y[3 * a + 2]) / sum(&|a| c.by_motion[by][a]);
+                d[by] -= if lift.is_finite() { lift } else { 0.0 };
             }
             run.moved = 1.0;
             run.effort.products += 2;
         }
-        let start = Iterate::new(c, (run.law, run.factor), start, d, displaced);
+        let start = Iterate::new(c, (run.law, run.factor), start, d.clone(), displaced);
         if let Some(found) = run.newton(c, start)? {
             (x, d, u, moved) = (found.x, found.d, found.u, run.moved);
             reached = run.factor;
@@ -201,7 +197,7 @@ pub(super) fn solve<'p>(
             at.stress[3 * i + r] = x[3 * a + r] * c.unit;
         }
     }
-    at.approach = d * c.approach_unit;
+    at.motions = c.unscaled(&d);
     at.displacement = None;
     Ok(())
 }
@@ -233,7 +229,7 @@ impl<'p> Run<'_, 'p> {
         let mut before = None;
         for _ in 0..60 {
             if now.largest < 0.1 {
-                let upstream = c.upstream_of(self.problem, &now.x, &now.u, now.d);
+                let upstream = c.upstream_of(self.problem, &now.x, &now.u, &now.d);
                 if c.renew(self.problem, &upstream) {
                     now = Iterate::new(c, (self.law, self.factor), now.x, now.d, now.u);
                 }
@@ -290,7 +286,8 @@ impl<'p> Run<'_, 'p> {
         for _ in 0..8 {
             let x = now.x.iter().zip(&step.dx).map(|(a, b)| a + t * b).collect();
             let u = now.u.iter().zip(&step.du).map(|(a, b)| a + t * b).collect();
-            let trial = Iterate::new(c, (self.law, self.factor), x, now.d + t * step.dd, u);
+            let d = now.d.iter().zip(&step.dd).map(|(a, b)| a + t * b).collect();
+            let trial = Iterate::new(c, (self.law, self.factor), x, d, u);
             let good = trial.norm <= (1.0 - 0.1 * t) * now.norm;
             if trial.norm.is_finite() && best.as_ref().is_none_or(|(_, b)| trial.norm < b.norm) {
                 best = Some((t, trial));

@@ -9,7 +9,7 @@ use super::nested;
 use super::newton::Reached;
 use super::normal::solve_normal;
 use super::patch::refuse_border;
-use super::steady::{NormalLoad, SteadyProblem};
+use super::steady::SteadyProblem;
 use crate::Result;
 
 /// The start of a solution: stresses, candidates and coefficients of friction, 1, `[n]`.
@@ -24,17 +24,17 @@ pub(super) fn cold<'a>(problem: &SteadyProblem<'a>) -> Result<Begun<'a>> {
     let s = problem.interface;
     let mut pressed = match s.are_points() {
         true => None,
-        false => FrictionlessSolution::new(problem.compliance, s, problem.load),
+        false => FrictionlessSolution::new(problem.compliance, s, &problem.loads),
     };
     let normal = match pressed.as_mut().and_then(FrictionlessSolution::settle) {
         Some(normal) => normal,
         None => {
             pressed = None;
-            solve_normal(problem.compliance, s, problem.load)?
+            solve_normal(problem.compliance, s, &problem.loads)?
         }
     };
-    refuse_border(problem.compliance, s, problem.load, &normal.closed)?;
-    let mut at = Reached { stress: vec![0.0; 3 * s.len()], approach: normal.approach, displacement: None };
+    refuse_border(problem.compliance, s, &problem.loads, &normal.closed)?;
+    let mut at = Reached { stress: vec![0.0; 3 * s.len()], motions: normal.motions, displacement: None };
     for (&i, f) in normal.closed.iter().zip(&normal.force) {
         at.stress[3 * i + 2] = f / s.weight[i];
     }
@@ -67,10 +67,10 @@ fn rolled<'a>(problem: &SteadyProblem<'a>, c: &mut Candidates<'a>, friction: &[f
     let closed: Vec<usize> = (0..c.nodes.len()).filter(|&a| x[3 * a + 2] > 0.0).collect();
     c.press(&closed);
     let given: Vec<f64> = closed.iter().flat_map(|&a| [0.0, 0.0, x[3 * a + 2]]).collect();
-    let (u, d) = (c.displaced(&closed, &given), at.approach / c.approach_unit);
-    let upstream = c.upstream_of(problem, &x, &u, d);
+    let (u, d) = (c.displaced(&closed, &given), c.scaled(&at.motions));
+    let upstream = c.upstream_of(problem, &x, &u, &d);
     c.renew(problem, &upstream);
-    let y = c.response(&u, d, 1.0);
+    let y = c.response(&u, &d, 1.0);
     let friction: Vec<f64> = c.nodes.iter().map(|&i| friction[i]).collect();
     c.guess_tractions(problem, &friction, &mut x, &y);
     for (&i, x) in c.nodes.iter().zip(x.chunks_exact(3)) {
@@ -99,9 +99,7 @@ fn press_again<'a>(
     let normal = match pressed.settle() {
         Some(normal) if !normal.closed.iter().any(|&i| s.on_border(i)) => normal,
         _ => {
-            if let NormalLoad::Force(_) = problem.load {
-                at.approach += mean;
-            }
+            problem.loads.unknown().into_iter().for_each(|j| at.motions[j] += mean);
             return;
         }
     };
@@ -112,5 +110,5 @@ fn press_again<'a>(
         let [x, y] = project_disc([old[0] * share, old[1] * share], friction[i] * p);
         at.stress[3 * i..3 * i + 3].copy_from_slice(&[x, y, p]);
     }
-    at.approach = normal.approach;
+    at.motions = normal.motions;
 }

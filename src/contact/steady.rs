@@ -2,45 +2,37 @@
 
 use super::candidates::Candidates;
 use super::influence::Influence;
-use super::interface::{Creepage, Stencil, Upstream};
+use super::interface::{PatchKinematics, Stencil, Upstream};
 use super::law::{size, Augmentation, LinearContact, LinearNode, Node, Slip, Status, Tangent};
+use super::loads::{Loads, NormalLoad};
 use super::memory::{self, coefficients, Sliding};
 use super::newton::{self, Effort, Reached};
 use super::patch::refuse_border;
 use super::start::{self, Begun};
 use crate::friction::FrictionLaw;
-use crate::grid::Interface;
+use crate::grid::{ContactPatch, Interface};
 use crate::{Error, Result};
-
-/// Normal load: the quantity that presses the bodies together.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum NormalLoad {
-    /// Given total normal force, N; the approach is found.
-    Force(f64),
-    /// Given approach of the bodies, m; the force is found.
-    Approach(f64),
-}
 
 /// A steady rolling contact problem on an interface of n nodes.
 ///
 /// ```
 /// use railsqueal::body::half_space::HalfSpace;
-/// use railsqueal::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
+/// use railsqueal::contact::{Creepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
 /// use railsqueal::friction::FrictionLaw;
 /// use railsqueal::grid::Interface;
 /// use railsqueal::model::combined_compliance;
 ///
 /// let steel = HalfSpace { young: 210e9, poisson: 0.3 };
 /// let interface = Interface::paraboloid(15, 15, [7e-3, 7e-3], [4.0, 4.0])?;
-/// let one = steel.compliance(&interface.x, &interface.y)?;
+/// let patch = &interface.patches[0];
+/// let one = steel.compliance(&patch.x, &patch.y)?;
 /// let both = combined_compliance(one.as_ref(), one.as_ref())?;
 /// let solution = SteadyProblem {
 ///     interface: &interface,
 ///     compliance: both.as_ref().into(),
 ///     friction: FrictionLaw::Constant(0.3),
-///     speed: 10.0,
-///     creepage: Creepage { lateral: 0.003, ..Creepage::default() },
-///     load: NormalLoad::Force(70e3),
+///     kinematics: PatchKinematics::one(10.0, Creepage { lateral: 0.003, ..Creepage::default() }),
+///     loads: NormalLoad::Force(70e3).into(),
 ///     stencil: Stencil::Edge,
 ///     tolerance: 1e-8,
 ///     max_iterations: 200,
@@ -61,13 +53,11 @@ pub struct SteadyProblem<'a> {
     /// Friction law: the coefficient at each node follows from its creep velocity and those upstream, which it
     /// remembers.
     pub friction: FrictionLaw,
-    /// Rolling speed V > 0, m/s. With constant friction steady stresses do not depend on it; the creep velocity is
-    /// proportional to it.
-    pub speed: f64,
-    /// Creepages ξ, η (1), φ (1/m).
-    pub creepage: Creepage,
-    /// Normal load or approach.
-    pub load: NormalLoad,
+    /// Rolling speed V > 0 and creepages of each patch, `[patches]`. With constant friction steady stresses do not
+    /// depend on the speed; the creep velocity is proportional to it.
+    pub kinematics: Vec<PatchKinematics>,
+    /// Loads or approaches.
+    pub loads: Loads,
     /// Upstream operator.
     pub stencil: Stencil,
     /// Largest residual of a solution, relative (see [`SteadySolution::residual`]).
@@ -89,12 +79,15 @@ pub struct SteadySolution {
     pub state: Vec<u8>,
     /// Coefficient of friction, 1, `[n]`; at open nodes that at rest.
     pub friction: Vec<f64>,
-    /// Contact force on body 1, N: (x, y, z); z is up, so the third is minus the normal force.
+    /// Contact force on body 1, N: (x, y, z); z is up, so the third is minus the normal force. Of several patches the
+    /// sum of the components, each in the frame of its patch.
     pub force: [f64; 3],
-    /// Moment of the tractions on body 1 about the z axis through the origin, N·m.
+    /// Moment of the tractions on body 1 about the z axes through the origins of the patches, N·m.
     pub moment_z: f64,
-    /// Approach δ, m: the gap is g0 − δ + deformation.
-    pub approach: f64,
+    /// Forces, moment and approach of each patch, `[patches]`.
+    pub patches: Vec<PatchResultant>,
+    /// Rigid motions, m, `[motions]`. Those that bear nothing leave their patches open, the nearest just touching.
+    pub motions: Vec<f64>,
     /// Largest component over all nodes of the natural map (p − max(0, p − ρ_n g), and t − Proj(t − ρ_t ṡ) divided by
     /// μ), relative to the largest pressure; ρ is the inverse of a node's own compliance.
     pub residual: f64,
@@ -110,12 +103,49 @@ pub struct SteadySolution {
     pub upstream: Upstream,
 }
 
+/// Resultant of the reactions of one contact patch on body 1, in the frame of the patch, and its approach.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct PatchResultant {
+    /// Contact force, N: (x, y, z); z is along the normal from body 1 to body 2, so the third is minus the normal
+    /// force.
+    pub force: [f64; 3],
+    /// Moment of the tractions about the normal through the origin of the patch, N·m.
+    pub moment_z: f64,
+    /// Approach δ, m: the gap is g0 − δ + deformation.
+    pub approach: f64,
+}
+
+impl PatchResultant {
+    /// Resultants of the nodal reactions (tx, ty, p), N, `[3n]`, on the patches of `s` with the approaches `approach`,
+    /// m, `[patches]`.
+    pub fn of_patches(s: &Interface, reaction: &[f64], approach: &[f64]) -> Vec<Self> {
+        let of = |(patch, &approach): (&ContactPatch, &f64)| {
+            let mut sum = Self { approach, ..Self::default() };
+            for (i, f) in patch.nodes().map(|i| (i, &reaction[3 * i..3 * i + 3])) {
+                let [x, y] = s.point(i);
+                sum.force[0] += f[0];
+                sum.force[1] += f[1];
+                sum.force[2] -= f[2];
+                sum.moment_z += x * f[1] - y * f[0];
+            }
+            sum
+        };
+        s.patches.iter().zip(approach).map(of).collect()
+    }
+
+    /// Sum of the forces, N, and of the moments, N·m, of `patches`, each in its own frame.
+    pub fn total(patches: &[Self]) -> ([f64; 3], f64) {
+        let force = [0, 1, 2].map(|c| patches.iter().map(|p| p.force[c]).sum());
+        (force, patches.iter().map(|p| p.moment_z).sum())
+    }
+}
+
 /// Stresses that a solution is begun with.
 pub(super) struct Start {
     /// Stresses (tx, ty, p), Pa, `[3n]`, pressed somewhere.
     pub stress: Vec<f64>,
-    /// Approach, m.
-    pub approach: f64,
+    /// Rigid motions, m, `[motions]`.
+    pub motions: Vec<f64>,
     /// Coefficients of friction, 1, `[n]`, where those of the rigid creep are not to be taken.
     pub friction: Option<Vec<f64>>,
 }
@@ -134,7 +164,7 @@ impl<'a> SteadyProblem<'a> {
     /// Solves the problem, starting from the solution of a similar one on the same interface if there is one.
     pub(super) fn solve_from(&self, start: Option<&SteadySolution>) -> Result<SteadySolution> {
         let pressed = start.filter(|r| r.pressure.iter().any(|&p| p > 0.0));
-        let start = pressed.map(|r| Start { stress: r.stresses(), approach: r.approach, friction: None });
+        let start = pressed.map(|r| Start { stress: r.stresses(), motions: r.motions.clone(), friction: None });
         self.solve_with(start, &mut None)
     }
 
@@ -143,18 +173,16 @@ impl<'a> SteadyProblem<'a> {
     pub(super) fn solve_with(&self, start: Option<Start>, kept: &mut Option<Candidates<'a>>) -> Result<SteadySolution> {
         self.check()?;
         let s = self.interface;
-        let open = match self.load {
-            NormalLoad::Force(f) => f == 0.0,
-            NormalLoad::Approach(d) => s.gap.iter().all(|&g| g >= d),
-        };
-        if open {
-            let approach = match self.load {
-                NormalLoad::Approach(d) => d,
-                NormalLoad::Force(_) => s.gap.iter().copied().fold(f64::INFINITY, f64::min),
-            };
+        if self.is_open() {
             let upstream = s.upstream(Stencil::Upwind1, None);
             let stress = vec![0.0; 3 * s.len()];
-            return self.evaluate(&stress, approach, upstream, &self.response(&stress), Effort::default());
+            return self.evaluate(
+                &stress,
+                self.loads.prescribed(),
+                upstream,
+                &self.response(&stress),
+                Effort::default(),
+            );
         }
 
         let mut effort = Effort::default();
@@ -162,9 +190,9 @@ impl<'a> SteadyProblem<'a> {
             None => start::cold(self)?,
             Some(r) => {
                 let friction = r.friction.unwrap_or_else(|| self.friction_at_first(&r.stress));
-                let at = Reached { stress: r.stress, approach: r.approach, displacement: None };
+                let at = Reached { stress: r.stress, motions: r.motions, displacement: None };
                 let closed = at.closed();
-                refuse_border(self.compliance, s, self.load, &closed)?;
+                refuse_border(self.compliance, s, &self.loads, &closed)?;
                 let wanted = self.dilate(&closed);
                 let candidates = match kept.take() {
                     Some(mut old) if wanted.iter().all(|i| old.nodes.binary_search(i).is_ok()) => {
@@ -182,11 +210,13 @@ impl<'a> SteadyProblem<'a> {
         let rounds = if self.friction.is_constant() { 10 } else { 60 };
         for _ in 0..rounds {
             newton::solve(self, &mut candidates, &friction, 0.5 * self.tolerance, &mut at, &mut effort)?;
-            refuse_border(self.compliance, s, self.load, &at.closed())?;
+            refuse_border(self.compliance, s, &self.loads, &at.closed())?;
             let u = self.response(&at.stress);
             effort.products += 1;
-            let upstream = s.edge_upstream(self.stencil, &at.stress, |i| s.gap[i] - at.approach + u[3 * i + 2]);
-            let solution = self.evaluate(&at.stress, at.approach, upstream.clone(), &u, effort)?;
+            let approach = self.approaches(&at.motions);
+            let deformed = |i: usize| s.gap[i] - approach[s.patch_of(i)] + u[3 * i + 2];
+            let upstream = s.edge_upstream(self.stencil, &at.stress, deformed);
+            let solution = self.evaluate(&at.stress, at.motions.clone(), upstream.clone(), &u, effort)?;
             if solution.residual <= self.tolerance {
                 *kept = Some(candidates);
                 return Ok(solution);
@@ -232,26 +262,50 @@ impl<'a> SteadyProblem<'a> {
     pub(super) fn friction_at_first(&self, stress: &[f64]) -> Vec<f64> {
         let s = self.interface;
         let rigid = |i: usize| {
-            let [x, y] = s.point(i);
-            let c = self.creepage.rigid(x, y);
-            self.speed * c[0].hypot(c[1])
+            let c = s.rigid(&self.kinematics, i);
+            self.kinematics[s.patch_of(i)].speed * c[0].hypot(c[1])
         };
-        coefficients(&self.friction, s, self.speed, |i| stress[3 * i + 2] > 0.0, rigid)
+        coefficients(&self.friction, s, &self.kinematics, |i| stress[3 * i + 2] > 0.0, rigid)
+    }
+
+    /// Returns whether nothing presses the bodies, or the approaches do not close the gap.
+    fn is_open(&self) -> bool {
+        let s = self.interface;
+        let approach = self.approaches(&self.loads.prescribed());
+        let open = |c: usize| self.loads.is_open(c) || s.patches[c].nodes().all(|i| s.gap[i] >= approach[c]);
+        self.loads.unknown().is_empty() && (0..s.patches.len()).all(open)
+    }
+
+    /// Approaches of the patches under the rigid `motions`, m, `[patches]`.
+    pub(super) fn approaches(&self, motions: &[f64]) -> Vec<f64> {
+        (0..self.interface.patches.len()).map(|c| self.loads.approach(motions, c)).collect()
+    }
+
+    /// The motions with those that bear nothing as far as the first touch of their patches, where the displacement is
+    /// `u`, m, `[3n]`.
+    fn touching(&self, mut motions: Vec<f64>, u: &[f64]) -> Vec<f64> {
+        let s = self.interface;
+        for (j, motion) in self.loads.motions.iter().enumerate().filter(|(j, _)| self.loads.is_lifted(*j)) {
+            motions[j] = 0.0;
+            let approach = self.approaches(&motions);
+            let reach = |(c, p): (usize, &ContactPatch)| {
+                let gaps = p.nodes().map(|i| s.gap[i] + u[3 * i + 2] - approach[c]);
+                gaps.fold(f64::INFINITY, f64::min) / motion.factors[c]
+            };
+            let pressed = s.patches.iter().enumerate().filter(|(c, _)| motion.factors[*c] > 0.0);
+            motions[j] = pressed.map(reach).fold(f64::INFINITY, f64::min);
+        }
+        motions
     }
 
     /// Nodes of `set` (ascending or not) and their eight neighbours, ascending.
     pub(super) fn dilate(&self, set: &[usize]) -> Vec<usize> {
-        let (nx, ny) = (self.interface.x.len(), self.interface.y.len());
-        let mut mark = vec![false; nx * ny];
+        let s = self.interface;
+        let mut mark = vec![false; s.len()];
         for &i in set {
-            let (ix, iy) = (i % nx, i / nx);
-            for jy in iy.saturating_sub(1)..(iy + 2).min(ny) {
-                for jx in ix.saturating_sub(1)..(ix + 2).min(nx) {
-                    mark[jx + nx * jy] = true;
-                }
-            }
+            s.place(i).0.neighbours(i, 1).for_each(|j| mark[j] = true);
         }
-        (0..nx * ny).filter(|&i| mark[i]).collect()
+        (0..s.len()).filter(|&i| mark[i]).collect()
     }
 
     fn check(&self) -> Result<()> {
@@ -260,35 +314,36 @@ impl<'a> SteadyProblem<'a> {
             || self.interface.weight.len() != n
             || self.interface.gap.len() != n
             || self.interface.shift.len() != n
+            || self.kinematics.len() != self.interface.patches.len()
         {
             return Err(Error::Defect(format!(
-                "steady contact: an influence matrix of {:?} entries for {n} nodes",
-                self.compliance.shape()
+                "steady contact: an influence matrix of {:?} entries and {} rolling speeds for {n} nodes on {} patches",
+                self.compliance.shape(),
+                self.kinematics.len(),
+                self.interface.patches.len()
             )));
         }
         let (at_rest, fast) = (self.friction.coefficient(0.0), self.friction.coefficient(f64::MAX));
-        for (key, value, fits, expected) in [
+        let rolling = |k: &PatchKinematics| {
+            let c = k.creepage;
+            [
+                ("contact.speed", k.speed, k.speed > 0.0, "positive"),
+                ("contact.creepage.longitudinal", c.longitudinal, true, "finite"),
+                ("contact.creepage.lateral", c.lateral, true, "finite"),
+                ("contact.creepage.spin", c.spin, true, "finite"),
+            ]
+        };
+        let general = [
             ("contact.friction", at_rest, at_rest >= 0.0, "at least 0"),
             ("contact.friction", fast, fast >= 0.0, "at least 0"),
-            ("contact.speed", self.speed, self.speed > 0.0, "positive"),
-            ("contact.creepage.longitudinal", self.creepage.longitudinal, true, "finite"),
-            ("contact.creepage.lateral", self.creepage.lateral, true, "finite"),
-            ("contact.creepage.spin", self.creepage.spin, true, "finite"),
             ("analyses.steady.tolerance", self.tolerance, self.tolerance > 0.0, "positive"),
-        ] {
+        ];
+        for (key, value, fits, expected) in general.into_iter().chain(self.kinematics.iter().flat_map(rolling)) {
             if !value.is_finite() || !fits {
                 return Err(Error::Job(format!("{key} is {value}: it must be {expected}")));
             }
         }
-        match self.load {
-            NormalLoad::Force(f) if !(f.is_finite() && f >= 0.0) => {
-                return Err(Error::Job(format!("contact.normal_load is {f} N: it must be at least 0 (pressing)")));
-            }
-            NormalLoad::Approach(d) if !d.is_finite() => {
-                return Err(Error::Job(format!("contact.approach is {d} m: it must be finite")));
-            }
-            _ => {}
-        }
+        self.loads.check(self.interface.patches.len(), self.friction.largest())?;
         for i in 0..n {
             for c in 0..3 {
                 let d = self.compliance.get(3 * i + c, 3 * i + c);
@@ -310,18 +365,20 @@ impl<'a> SteadyProblem<'a> {
         self.compliance.multiply(&force)
     }
 
-    /// Everything that follows from the stresses `(tx, ty, p)` of all nodes, `[3n]`, Pa, the approach, m, and the
-    /// displacement (w_x, w_y, change of gap) that the stresses cause, m, `[3n]`.
+    /// Everything that follows from the stresses `(tx, ty, p)` of all nodes, `[3n]`, Pa, the rigid motions, m,
+    /// `[motions]`, and the displacement (w_x, w_y, change of gap) that the stresses cause, m, `[3n]`.
     pub(super) fn evaluate(
         &self,
         stress: &[f64],
-        approach: f64,
+        motions: Vec<f64>,
         upstream: Upstream,
         u: &[f64],
         effort: Effort,
     ) -> Result<SteadySolution> {
         let s = self.interface;
         let n = s.len();
+        let motions = self.touching(motions, u);
+        let approach = self.approaches(&motions);
         let peak = (0..n).map(|i| stress[3 * i + 2]).fold(0.0, f64::max);
         let mut solution = SteadySolution {
             pressure: (0..n).map(|i| stress[3 * i + 2]).collect(),
@@ -331,26 +388,27 @@ impl<'a> SteadyProblem<'a> {
             friction: Vec::new(),
             force: [0.0; 3],
             moment_z: 0.0,
-            approach,
+            patches: Vec::new(),
+            motions,
             residual: 0.0,
             iterations: effort.iterations,
             products: effort.products,
             w: (0..n).map(|i| [s.shift[i][0] + u[3 * i], s.shift[i][1] + u[3 * i + 1]]).collect(),
             upstream: Upstream { rows: Vec::new() },
-            gap: (0..n).map(|i| s.gap[i] - approach + u[3 * i + 2]).collect(),
+            gap: (0..n).map(|i| s.gap[i] - approach[s.patch_of(i)] + u[3 * i + 2]).collect(),
         };
         let largest = self.friction.largest();
         for i in 0..n {
-            let [x, y] = s.point(i);
-            solution.creep[i] = self.creepage.rigid(x, y);
+            solution.creep[i] = s.rigid(&self.kinematics, i);
             for c in 0..2 {
                 solution.creep[i][c] += upstream.at(i, |j| solution.w[j][c]);
             }
         }
-        let velocity = |i: usize| self.speed * solution.creep[i][0].hypot(solution.creep[i][1]);
-        solution.friction = coefficients(&self.friction, s, self.speed, |i| solution.pressure[i] > 0.0, velocity);
+        let speed = |i: usize| self.kinematics[s.patch_of(i)].speed;
+        let velocity = |i: usize| speed(i) * solution.creep[i][0].hypot(solution.creep[i][1]);
+        let closed = |i: usize| solution.pressure[i] > 0.0;
+        solution.friction = coefficients(&self.friction, s, &self.kinematics, closed, velocity);
         for i in 0..n {
-            let [x, y] = s.point(i);
             let creep = solution.creep[i];
             let (rn, rt) = (self.rho_normal(i), self.rho_tangential(&upstream, i));
             let (p, t) = (solution.pressure[i], solution.traction[i]);
@@ -364,18 +422,18 @@ impl<'a> SteadyProblem<'a> {
                 let [x, y, n] = found.map(&node);
                 solution.residual = solution.residual.max(n.abs() / peak).max(size([x, y]) / scale);
             }
-            solution.creep[i] = creep.map(|v| v * self.speed);
-            let f = [t[0] * s.weight[i], t[1] * s.weight[i], p * s.weight[i]];
-            solution.force[0] += f[0];
-            solution.force[1] += f[1];
-            solution.force[2] -= f[2];
-            solution.moment_z += x * f[1] - y * f[0];
+            solution.creep[i] = creep.map(|v| v * speed(i));
         }
         solution.upstream = upstream;
-        if let NormalLoad::Force(f) = self.load {
-            if f > 0.0 {
-                solution.residual = solution.residual.max((solution.force[2] + f).abs() / f);
-            }
+        let reaction: Vec<f64> = stress.iter().enumerate().map(|(k, v)| v * s.weight[k / 3]).collect();
+        solution.patches = PatchResultant::of_patches(s, &reaction, &approach);
+        (solution.force, solution.moment_z) = PatchResultant::total(&solution.patches);
+        for j in self.loads.unknown() {
+            let motion = &self.loads.motions[j];
+            let NormalLoad::Force(f) = motion.load else { continue };
+            let of = |(g, p): (&[f64; 3], &PatchResultant)| g[0] * p.force[0] + g[1] * p.force[1] - g[2] * p.force[2];
+            let borne: f64 = motion.resultant.iter().zip(&solution.patches).map(of).sum();
+            solution.residual = solution.residual.max((borne - f).abs() / self.loads.scale(j));
         }
         if !solution.residual.is_finite() {
             return Err(Error::NotConverged("steady contact: the solution is not finite".into()));
@@ -403,14 +461,15 @@ impl SteadyProblem<'_> {
                 false => Tangent::Slip(Slip::steady(force, against, velocity, mu, 0.0)),
             };
             let terms = solution.upstream.rows[i].iter().filter(|t| t.1 != 0.0);
-            nodes.push(LinearNode { node: i, tangent, convection: terms.map(|&(j, d)| (j, self.speed * d)).collect() });
+            let speed = self.kinematics[s.patch_of(i)].speed;
+            nodes.push(LinearNode { node: i, tangent, convection: terms.map(|&(j, d)| (j, speed * d)).collect() });
             remembering.push(Sliding { node: i, creep: against.map(|t| velocity * t), force, friction: mu });
         }
         let edges = match self.stencil {
-            Stencil::Edge => s.edges(&closed, &solution.gap, &solution.w, self.speed),
+            Stencil::Edge => s.edges(&closed, &solution.gap, &solution.w, &self.kinematics),
             _ => Vec::new(),
         };
-        LinearContact { nodes, edges, memory: memory::linear(&self.friction, s, self.speed, &remembering) }
+        LinearContact { nodes, edges, memory: memory::linear(&self.friction, s, &self.kinematics, &remembering) }
     }
 }
 
@@ -422,11 +481,16 @@ impl Reached {
 }
 
 impl SteadySolution {
-    /// Centre of the pressure on the nodes of `s`, (x, y), m; the origin without pressure.
+    /// Centre of the pressure on the first patch of `s`, (x, y), m; the origin without pressure.
     pub fn centre(&self, s: &Interface) -> [f64; 2] {
+        self.centre_of(s, 0)
+    }
+
+    /// Centre of the pressure on patch `c` of `s`, (x, y), m; its origin without pressure.
+    pub fn centre_of(&self, s: &Interface, c: usize) -> [f64; 2] {
         let (mut sum, mut moments) = (0.0, [0.0; 2]);
-        for (i, p) in self.pressure.iter().enumerate() {
-            let force = p * s.weight[i];
+        for i in s.patches[c].nodes() {
+            let force = self.pressure[i] * s.weight[i];
             sum += force;
             s.point(i).iter().zip(&mut moments).for_each(|(x, m)| *m += x * force);
         }

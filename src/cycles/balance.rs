@@ -208,9 +208,11 @@ impl<'a, 's> Balance<'a, 's> {
         }
         let closed = (0..s.len()).filter(|&i| memory.reaction[3 * i + 2] > 0.0).map(|i| s.point(i)[0]);
         let (low, high) = closed.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        let spacing = s.x.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+        let spacings = s.patches.iter().flat_map(|p| p.x.windows(2).map(|w| w[1] - w[0]));
+        let spacing = spacings.fold(0.0, f64::max);
         let length = (high - low).max(0.0) + 6.0 * spacing;
-        (length / (self.conditions.settings.drive.speed * h)).ceil().max(8.0) as usize
+        let speeds = self.conditions.settings.drive.patches.iter().map(|p| p.speed);
+        (length / (speeds.fold(f64::INFINITY, f64::min) * h)).ceil().max(8.0) as usize
     }
 
     /// Marches the contact under the motion with the coefficients `z` (`[size]`: the mean, then the cosine and the

@@ -1,23 +1,71 @@
-//! The interface S_c: a rectilinear grid of nodes with undeformed gap and nodal areas, or points that stand alone.
+//! The interface S_c: contact patches, each a rectilinear grid of nodes, with undeformed gap and nodal areas, or points
+//! that stand alone.
 
 use crate::{Error, Result};
+use std::ops::Range;
 
-/// The potential contact area: a rectilinear grid, or points without neighbours. Node `(ix, iy)` has index `ix +
-/// nx*iy`. Contact rows of matrices are interleaved `3*i + c` over the nodes with c = (x, y, n).
+/// One contact patch: a rectilinear grid of nodes in the frame of its own contact, whose origin is the contact point.
+/// Its nodes are contiguous on the interface: grid node `(ix, iy)` is node `first + ix + nx*iy`.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Interface {
+pub struct ContactPatch {
     /// Longitudinal node positions, m, ascending, `[nx]`. Smaller x is upstream (ahead of the contact). Of points
     /// their numbers.
     pub x: Vec<f64>,
     /// Lateral node positions, m, ascending, `[ny]`.
     pub y: Vec<f64>,
-    /// Gap of the undeformed bodies at zero approach, m, `[nx*ny]`.
+    /// Number of its first node on the interface.
+    pub first: usize,
+}
+
+impl ContactPatch {
+    /// Number of nodes, nx·ny.
+    pub fn len(&self) -> usize {
+        self.x.len() * self.y.len()
+    }
+
+    /// True for a patch without nodes.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Numbers of its nodes on the interface.
+    pub fn nodes(&self) -> Range<usize> {
+        self.first..self.first + self.len()
+    }
+
+    /// Grid indices (ix, iy) of node `i` of the interface, which lies on this patch.
+    pub fn indices(&self, i: usize) -> (usize, usize) {
+        let k = i - self.first;
+        (k % self.x.len(), k / self.x.len())
+    }
+
+    /// Number on the interface of the grid node (ix, iy).
+    pub fn node(&self, ix: usize, iy: usize) -> usize {
+        self.first + ix + self.x.len() * iy
+    }
+
+    /// Nodes at most `reach` grid lines from node `i` of the interface, itself among them, ascending.
+    pub fn neighbours(&self, i: usize, reach: usize) -> impl Iterator<Item = usize> + '_ {
+        let (ix, iy) = self.indices(i);
+        let near = move |k: usize, n: usize| k.saturating_sub(reach)..(k + reach + 1).min(n);
+        near(iy, self.y.len()).flat_map(move |jy| near(ix, self.x.len()).map(move |jx| self.node(jx, jy)))
+    }
+}
+
+/// The potential contact area: one or more patches that are rectilinear grids, or points without neighbours. Contact
+/// rows of matrices are interleaved `3*i + c` over the nodes with c = (x, y, n), in the frame of the patch of the
+/// node.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Interface {
+    /// The patches, in the order of their nodes; one of points.
+    pub patches: Vec<ContactPatch>,
+    /// Gap of the undeformed bodies at zero approach, m, `[n]`.
     pub gap: Vec<f64>,
-    /// Tangential displacement difference (x, y) that does not come from the reactions, m, `[nx*ny]`: none between
+    /// Tangential displacement difference (x, y) that does not come from the reactions, m, `[n]`: none between
     /// bodies as they are. As the gap does for the normal direction, it takes up what an approximate influence matrix
     /// leaves out.
     pub shift: Vec<[f64; 2]>,
-    /// Nodal areas (integral of the shape function: nodal quadrature), m², `[nx*ny]`. Pressure = nodal force / weight.
+    /// Nodal areas (integral of the shape function: nodal quadrature), m², `[n]`. Pressure = nodal force / weight.
     pub weight: Vec<f64>,
     /// Rigid creep of each node beside that of the creepages, m/s, `[n]`; empty on a grid. Points have it each for
     /// itself.
@@ -25,7 +73,7 @@ pub struct Interface {
 }
 
 impl Interface {
-    /// An interface with the areas of bilinear shape functions on the grid. `gap` is `[nx*ny]` in m.
+    /// An interface of one patch with the areas of bilinear shape functions on the grid. `gap` is `[nx*ny]` in m.
     pub fn new(x: Vec<f64>, y: Vec<f64>, gap: Vec<f64>) -> Result<Self> {
         let wx = nodal_lengths(&x, "x")?;
         let wy = nodal_lengths(&y, "y")?;
@@ -42,7 +90,7 @@ impl Interface {
         }
         let weight = wy.iter().flat_map(|b| wx.iter().map(move |a| a * b)).collect();
         let shift = vec![[0.0; 2]; gap.len()];
-        Ok(Self { x, y, gap, shift, weight, creep: Vec::new() })
+        Ok(Self { patches: vec![ContactPatch { x, y, first: 0 }], gap, shift, weight, creep: Vec::new() })
     }
 
     /// Contact points with their gaps (m, `[n]`) and rigid creeps (m/s, `[n]`), each of the area 1, so that pressures
@@ -54,7 +102,58 @@ impl Interface {
         }
         let n = gap.len();
         let x = (0..n).map(|i| i as f64).collect();
-        Ok(Self { x, y: vec![0.0], gap, shift: vec![[0.0; 2]; n], weight: vec![1.0; n], creep })
+        let patches = vec![ContactPatch { x, y: vec![0.0], first: 0 }];
+        Ok(Self { patches, gap, shift: vec![[0.0; 2]; n], weight: vec![1.0; n], creep })
+    }
+
+    /// The patches of all `parts` on one interface, in this order. Contact points cannot be joined.
+    pub fn joined(parts: Vec<Interface>) -> Result<Self> {
+        if parts.is_empty() || (parts.len() > 1 && parts.iter().any(Self::are_points)) {
+            return Err(Error::Defect(format!(
+                "interface: {} parts to join, or contact points among them",
+                parts.len()
+            )));
+        }
+        let mut parts = parts.into_iter();
+        let first = parts.next().ok_or_else(|| Error::Defect("interface: no parts to join".into()))?;
+        Ok(parts.fold(first, |mut all, part| {
+            let offset = all.len();
+            all.patches.extend(part.patches.into_iter().map(|p| ContactPatch { first: offset + p.first, ..p }));
+            all.gap.extend(part.gap);
+            all.shift.extend(part.shift);
+            all.weight.extend(part.weight);
+            all
+        }))
+    }
+
+    /// The patch, where there is one alone; `what` names in the error what cannot be done with several.
+    pub fn single(&self, what: &str) -> Result<&ContactPatch> {
+        self.only().ok_or_else(|| {
+            Error::Job(format!(
+                "{what} takes one contact patch so far, and there are {}; leave it out, or examine each patch alone",
+                self.patches.len()
+            ))
+        })
+    }
+
+    /// The patch, where there is one alone.
+    pub fn only(&self) -> Option<&ContactPatch> {
+        match &self.patches[..] {
+            [patch] => Some(patch),
+            _ => None,
+        }
+    }
+
+    /// Number of the patch of node `i`.
+    pub fn patch_of(&self, i: usize) -> usize {
+        self.patches.partition_point(|p| p.first <= i).saturating_sub(1)
+    }
+
+    /// The patch of node `i` with the grid indices (ix, iy) of the node there.
+    pub fn place(&self, i: usize) -> (&ContactPatch, usize, usize) {
+        let patch = &self.patches[self.patch_of(i)];
+        let (ix, iy) = patch.indices(i);
+        (patch, ix, iy)
     }
 
     /// Returns whether the nodes are points without neighbours.
@@ -95,33 +194,32 @@ impl Interface {
         Self::new(x, y, gap)
     }
 
-    /// Number of nodes, nx·ny.
+    /// Number of nodes of all patches.
     pub fn len(&self) -> usize {
-        self.x.len() * self.y.len()
+        self.patches.last().map_or(0, |p| p.first + p.len())
     }
 
-    /// True for a grid without nodes.
+    /// True for an interface without nodes.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 
-    /// Position (x, y) of node `i`, m; the origin for points.
+    /// Position (x, y) of node `i` in the frame of its patch, m; the origin for points.
     pub fn point(&self, i: usize) -> [f64; 2] {
         if self.are_points() {
             return [0.0; 2];
         }
-        let nx = self.x.len();
-        [self.x[i % nx], self.y[i / nx]]
+        let (patch, ix, iy) = self.place(i);
+        [patch.x[ix], patch.y[iy]]
     }
 
-    /// True when node `i` lies on the border of the grid; points have none.
+    /// True when node `i` lies on the border of its patch; points have none.
     pub fn on_border(&self, i: usize) -> bool {
         if self.are_points() {
             return false;
         }
-        let (nx, ny) = (self.x.len(), self.y.len());
-        let (ix, iy) = (i % nx, i / nx);
-        ix == 0 || iy == 0 || ix + 1 == nx || iy + 1 == ny
+        let (patch, ix, iy) = self.place(i);
+        ix == 0 || iy == 0 || ix + 1 == patch.x.len() || iy + 1 == patch.y.len()
     }
 }
 
@@ -165,6 +263,33 @@ mod tests {
         assert!((0..2).all(|i| !s.on_border(i) && s.weight[i] == 1.0));
         assert!(!graded().are_points() && graded().creep(3) == [0.0; 2]);
         assert!(Interface::points(vec![0.0], Vec::new()).is_err());
+    }
+
+    #[test]
+    fn patches_of_joined_interfaces_follow_each_other() {
+        let small = Interface::paraboloid(3, 4, [1.0, 2.0], [1.0, 1.0]).unwrap();
+        let both = Interface::joined(vec![graded(), small.clone()]).unwrap();
+        assert_eq!((both.len(), both.patches[1].first, both.patches[1].nodes()), (30, 18, 18..30));
+        for i in 0..30 {
+            let (patch, part, own) = if i < 18 { (0, graded(), i) } else { (1, small.clone(), i - 18) };
+            assert_eq!((both.patch_of(i), both.point(i)), (patch, part.point(own)));
+            assert_eq!(
+                (both.on_border(i), both.gap[i], both.weight[i]),
+                (part.on_border(own), part.gap[own], part.weight[own])
+            );
+            let (p, ix, iy) = both.place(i);
+            assert_eq!((p.node(ix, iy), p), (i, &both.patches[patch]));
+        }
+        assert_eq!(both.patches[1].neighbours(22, 1).collect::<Vec<_>>(), [18, 19, 20, 21, 22, 23, 24, 25, 26]);
+        assert_eq!(both.patches[1].neighbours(18, 1).collect::<Vec<_>>(), [18, 19, 21, 22]);
+        assert_eq!(small.only(), Some(&small.patches[0]));
+        let error = both.single("analyses.creep_curve").unwrap_err();
+        assert!(
+            error.message().contains("analyses.creep_curve takes one contact patch so far, and there are 2"),
+            "{error}"
+        );
+        let points = Interface::points(vec![0.0], vec![[1.0, 0.0]]).unwrap();
+        assert!(Interface::joined(vec![points, small]).is_err() && Interface::joined(Vec::new()).is_err());
     }
 
     #[test]

@@ -8,6 +8,6 @@ pub mod surface;
 mod transfer;
 
 pub use faces::Faces;
-pub use interface::Interface;
+pub use interface::{ContactPatch, Interface};
 pub use surface::ContactGrid;
 pub use transfer::{averages, means, DiscAverage, Transfer, Weights};

@@ -3,7 +3,7 @@
 use super::{adapt, CoupledModel, IntrinsicDamping, SharedModel};
 use crate::body::hybrid::{add_functions, expansion, Compact, Square, LOADS};
 use crate::body::{Convolution, ModalMatrix, Side, TraceModes};
-use crate::grid::Interface;
+use crate::grid::{ContactPatch, Interface};
 use crate::job::Job;
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -26,11 +26,11 @@ impl SharedModel {
         });
         let rotation = parts.map(|(modes, _)| modes.rotation.clone());
         let [(lower, of_lower), (upper, of_upper)] = parts;
+        let ContactPatch { x, y, .. } = interface.single("a model of few numbers")?.clone();
         let missing = || Error::Defect("a model of few numbers on a grid that is not uniform".into());
-        let convolution =
-            |of: &Compact| Convolution::of_half_space(&of.half_space, &interface.x, &interface.y)?.ok_or_else(missing);
+        let convolution = |of: &Compact| Convolution::of_half_space(&of.half_space, &x, &y)?.ok_or_else(missing);
         let convolution = Convolution::combined(&convolution(of_lower)?, &convolution(of_upper)?)?;
-        let pi = expansion(&[interface.x.clone(), interface.y.clone()]);
+        let pi = expansion(&[x.clone(), y.clone()]);
         // E π = π E, with the signs of the components of the functions.
         let sign = |k: usize| Side::Upper.sign(k);
         let first = of_lower.seen.len();

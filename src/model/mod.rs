@@ -10,7 +10,7 @@ mod rotating;
 
 use crate::body::half_space::HalfSpace;
 use crate::body::{ReducedBody, Side};
-use crate::grid::Interface;
+use crate::grid::{ContactPatch, Interface};
 use crate::job::{self, Job};
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -104,9 +104,10 @@ impl ReducedModel {
         let place = [0, if alike { 0 } else { 1 }];
         let mut model = Self { own, rotation, at_rest, ..Self::new(interface, bodies, place)? };
         if job.is_loaded() {
+            let patch = model.interface.single("a state of rest under the load of the placement")?;
             let [lower, upper] = given.map(|body| {
                 let m = body.ok_or_else(missing)?.elastic()?;
-                HalfSpace { young: m.young, poisson: m.poisson }.compliance(&model.interface.x, &model.interface.y)
+                HalfSpace { young: m.young, poisson: m.poisson }.compliance(&patch.x, &patch.y)
             });
             model.pair.local = Some(combined_compliance(lower?.as_ref(), upper?.as_ref())?);
         }
@@ -243,13 +244,25 @@ fn adapt(
 /// Collective: the interface of rank 0 on every rank.
 pub fn shared(world: &World, root: Option<&Interface>) -> Result<Interface> {
     let list = |of: &dyn Fn(&Interface) -> Vec<f64>| world.broadcast(root.map(of).unwrap_or_default());
-    let (x, y, gap) = (list(&|s| s.x.clone()), list(&|s| s.y.clone()), list(&|s| s.gap.clone()));
+    let lines =
+        |of: &dyn Fn(&ContactPatch) -> &Vec<f64>| list(&|s| s.patches.iter().flat_map(|p| of(p).clone()).collect());
+    let (x, y, gap) = (lines(&|p| &p.x), lines(&|p| &p.y), list(&|s| s.gap.clone()));
+    let shape = |s: &Interface| s.patches.iter().flat_map(|p| [p.x.len() as u64, p.y.len() as u64]).collect();
+    let shape: Vec<u64> = world.broadcast(root.map(shape).unwrap_or_default());
     let creep = list(&|s| match s.are_points() {
         true => (0..s.len()).flat_map(|i| s.creep(i)).collect(),
         false => Vec::new(),
     });
     let interface = match creep.is_empty() {
-        true => Interface::new(x, y, gap),
+        true => {
+            let [mut x, mut y, mut gap] = [x, y, gap].map(Vec::into_iter);
+            let take = |of: &mut std::vec::IntoIter<f64>, n: usize| of.by_ref().take(n).collect::<Vec<f64>>();
+            let part = |n: &[u64]| {
+                let [nx, ny] = [n[0] as usize, n[1] as usize];
+                Interface::new(take(&mut x, nx), take(&mut y, ny), take(&mut gap, nx * ny))
+            };
+            shape.chunks_exact(2).map(part).collect::<Result<Vec<_>>>().and_then(Interface::joined)
+        }
         false => Interface::points(gap, creep.chunks_exact(2).map(|c| [c[0], c[1]]).collect()),
     };
     world.agree(interface)

@@ -112,8 +112,8 @@ impl CoupledModel {
 
     /// Looks whether what a state of rest sees of W on the grid of `interface` is a convolution.
     pub fn find_convolution(&mut self, interface: &Interface) {
-        if !interface.are_points() {
-            self.convolution = Convolution::found_in(self.at_rest(), &interface.x, &interface.y);
+        if let Some(patch) = interface.only().filter(|_| !interface.are_points()) {
+            self.convolution = Convolution::found_in(self.at_rest(), &patch.x, &patch.y);
         }
     }
 
@@ -138,13 +138,13 @@ impl CoupledModel {
     }
 
     /// The pair with the contact `distance` (m) farther along +y on the body of `side`: its modes are those there, to
-    /// first order by their gradient along y on the grid of `interface`, in the same directions (x, y, n). Gap and
+    /// first order by their gradient along y on the patches of `interface`, in the same directions (x, y, n). Gap and
     /// residual compliance stay.
     pub fn with_contact_moved(&self, interface: &Interface, side: Side, distance: f64) -> Self {
-        let (nx, y) = (interface.x.len(), &interface.y);
         let gradient = |row: usize, k: usize| -> f64 {
             let (node, c) = (row / 3, row % 3);
-            let iy = node / nx;
+            let (patch, ix, iy) = interface.place(node);
+            let y = &patch.y;
             // Three neighbouring lines, the own one among them: exact for parabolas.
             let first = iy.saturating_sub(1).min(y.len() - 3);
             let weight = |j: usize| {
@@ -152,7 +152,7 @@ impl CoupledModel {
                 let j = first + j;
                 (2.0 * y[iy] - y[p] - y[q]) / ((y[j] - y[p]) * (y[j] - y[q]))
             };
-            (0..3).map(|j| weight(j) * self.modes[(3 * (node % nx + nx * (first + j)) + c, k)]).sum()
+            (0..3).map(|j| weight(j) * self.modes[(3 * patch.node(ix, first + j) + c, k)]).sum()
         };
         let columns = match side {
             Side::Lower => 0..self.lower_modes,

@@ -21,6 +21,8 @@
 //! of which the equation above is the one with the column of the mean normal motion alone in Z. Z and A are taken at
 //! the eigenvalue that is to be explained, so that it solves the equation as far as the equation is right: of one
 //! mode then σ = −c/2 + Im F/(2ω), with the forces F that Z and A make, whatever share others have in the motion.
+//! Of several contact patches each has its own functions 1, x and y; κ is then the sum over the patches, and H that of
+//! the patch which the mode moves most along its normal.
 //! What rotation and damping couple directly to other modes is in ψ and K. Neglected is the rest of the motion over
 //! the contact alone: nothing where the compliance is `"hybrid"`.
 
@@ -45,7 +47,7 @@ const REAL: f64 = 1e-9;
 /// of nodes.
 const SAME: f64 = 1e-9;
 
-/// Place of the normal among the mean motions (x, y, n), which come first of all.
+/// Place of the normal among the mean motions (x, y, n) of a patch.
 const NORMAL: usize = 2;
 
 /// Single-mode criterion for one free mode or a pair. Of an eigenvalue that does not oscillate, as friction that falls
@@ -60,9 +62,9 @@ pub struct Criterion {
     pub across: f64,
     /// Contribution of the variation of the motion over the contact, 1/s.
     pub tilting: f64,
-    /// κ, 1/kg: the sum over a pair.
+    /// κ, 1/kg: the sum over a pair and over the patches.
     pub coupling: f64,
-    /// H at the eigenvalue, m/N.
+    /// H at the eigenvalue, m/N; of several patches at that which the mode moves most along its normal.
     pub compliance: C,
     /// The growth rate that all these make, 1/s.
     pub growth_rate: f64,
@@ -75,32 +77,36 @@ impl Criterion {
     }
 }
 
-/// The contact in motions that are linear over it: the mean ones (x, y, n), then those that grow along x and along y,
-/// where it has such.
+/// The contact in motions that are linear over each patch: first the mean ones (x, y, n) of one patch after the other,
+/// then those that grow along x and along y, where a patch has such.
 struct Condensed {
     /// Rows (λ `by_rate` + `at_rest`) (motions, own unknowns) = 0 and forces on the motions.
     rows: ContactRows,
     /// Number of motions r.
     motions: usize,
+    /// Number of patches with closed nodes.
+    patches: usize,
     /// The modes by these, 1/√kg, `[r, m]`.
     modes: Mat<f64>,
 }
 
 impl Condensed {
-    fn new(bodies: &CoupledModel, places: &[[f64; 2]], contact: &LinearContact) -> Result<Self> {
+    fn new(bodies: &CoupledModel, places: &[Vec<[f64; 2]>], contact: &LinearContact) -> Result<Self> {
         let closed: Vec<usize> = contact.nodes.iter().map(|n| n.node).collect();
-        let functions = functions(places, &closed);
+        let (functions, patches) = functions(places, &closed);
         let motions = 3 * functions.len();
         let shapes = Mat::from_fn(bodies.modes.nrows(), motions, |row, j| match row % 3 == j % 3 {
             true => functions[j / 3][row / 3],
             false => 0.0,
         });
+        // A function has the mean square 1 over the closed nodes of its patch, and is 0 on the others.
+        let squares: Vec<f64> = functions.iter().map(|f| closed.iter().map(|&i| f[i] * f[i]).sum()).collect();
         let modes = Mat::from_fn(motions, bodies.omega.len(), |j, k| {
             let of = |&i: &usize| functions[j / 3][i] * bodies.modes[(3 * i + j % 3, k)];
-            closed.iter().map(of).sum::<f64>() / closed.len() as f64
+            closed.iter().map(of).sum::<f64>() / squares[j / 3]
         });
         let view = View { modes: shapes.as_ref(), residual: bodies.residual.as_ref() };
-        Ok(Self { rows: contact_rows(view, contact)?, motions, modes })
+        Ok(Self { rows: contact_rows(view, contact)?, motions, patches, modes })
     }
 
     /// Z, the forces on the motions by these at λ, N/m, `[r, r]`.
@@ -115,32 +121,52 @@ impl Condensed {
     }
 }
 
-/// The functions 1, x and y at all nodes, orthogonal over the `closed` ones with a mean square of 1 there, as far as
-/// these can tell them apart.
-fn functions(places: &[[f64; 2]], closed: &[usize]) -> Vec<Vec<f64>> {
-    let place = |c: usize| places.iter().map(|x| x[c]).collect::<Vec<f64>>();
-    let mean = |a: &[f64], b: &[f64]| closed.iter().map(|&i| a[i] * b[i]).sum::<f64>() / closed.len() as f64;
-    let mut found = vec![vec![1.0; places.len()]];
-    for mut f in [place(0), place(1)] {
-        let whole = mean(&f, &f).sqrt();
-        for before in &found {
-            let share = mean(&f, before);
-            f.iter_mut().zip(before).for_each(|(f, b)| *f -= share * b);
+/// The functions 1, x and y of each patch at all nodes, 0 on other patches, orthogonal over the `closed` nodes with a
+/// mean square of 1 over those of the patch, as far as these can tell them apart; and the number of patches with closed
+/// nodes, whose functions 1 come first.
+fn functions(places: &[Vec<[f64; 2]>], closed: &[usize]) -> (Vec<Vec<f64>>, usize) {
+    let nodes = places.iter().map(Vec::len).sum();
+    let (mut ones, mut others) = (Vec::new(), Vec::new());
+    let mut first = 0;
+    for patch in places {
+        let own = first..first + patch.len();
+        let closed: Vec<usize> = closed.iter().copied().filter(|i| own.contains(i)).collect();
+        let at = |of: &dyn Fn(&[f64; 2]) -> f64| {
+            let mut f = vec![0.0; nodes];
+            f[own.clone()].iter_mut().zip(patch).for_each(|(f, x)| *f = of(x));
+            f
+        };
+        first += patch.len();
+        if closed.is_empty() {
+            continue;
         }
-        let size = mean(&f, &f).sqrt();
-        if size > SAME * whole {
-            f.iter_mut().for_each(|f| *f /= size);
-            found.push(f);
+        let mean = |a: &[f64], b: &[f64]| closed.iter().map(|&i| a[i] * b[i]).sum::<f64>() / closed.len() as f64;
+        let mut found = vec![at(&|_| 1.0)];
+        for mut f in [at(&|x| x[0]), at(&|x| x[1])] {
+            let whole = mean(&f, &f).sqrt();
+            for before in &found {
+                let share = mean(&f, before);
+                f.iter_mut().zip(before).for_each(|(f, b)| *f -= share * b);
+            }
+            let size = mean(&f, &f).sqrt();
+            if size > SAME * whole {
+                f.iter_mut().for_each(|f| *f /= size);
+                found.push(f);
+            }
         }
+        others.extend(found.split_off(1));
+        ones.append(&mut found);
     }
-    found
+    let patches = ones.len();
+    ones.append(&mut others);
+    (ones, patches)
 }
 
 /// The closed form for the `pairs` of bodies that slide all over the contact, whose nodes have their `places` (x, y),
-/// m, in their order; none where part of it sticks, or where it does not yield by itself.
+/// m, in their order, patch by patch; none where part of it sticks, or where it does not yield by itself.
 pub fn criteria(
     bodies: &CoupledModel,
-    places: &[[f64; 2]],
+    places: &[Vec<[f64; 2]>],
     contact: &LinearContact,
     pairs: &[Eigenpair],
 ) -> Result<Vec<Criterion>> {
@@ -171,8 +197,9 @@ fn of_pair(bodies: &CoupledModel, contact: &Condensed, pair: &Eigenpair) -> Resu
 
     let lambda = C::new(pair.value.re, omega);
     let z = contact.forces(lambda);
-    let normal = z[(NORMAL, NORMAL)];
-    if normal == C::default() {
+    let means = 3 * contact.patches;
+    let presses = |j: usize| j < means && j % 3 == NORMAL;
+    if (0..means).any(|j| presses(j) && z[(j, j)] == C::default()) {
         return Ok(None);
     }
     let rest = Rest::new(bodies, contact, &own, lambda);
@@ -181,19 +208,24 @@ fn of_pair(bodies: &CoupledModel, contact: &Condensed, pair: &Eigenpair) -> Resu
         let part = Mat::from_fn(z.nrows(), z.ncols(), |i, j| if keeps(i, j) { z[(i, j)] } else { C::default() });
         apart.grown(&part)
     };
-    let pressed = grown(&|i, j| i <= NORMAL && j == NORMAL)?;
-    let moved = grown(&|i, j| i <= NORMAL && j <= NORMAL)?;
+    let pressed = grown(&|i, j| i < means && presses(j))?;
+    let moved = grown(&|i, j| i < means && j < means)?;
     let growth_rate = grown(&|_, _| true)?;
-    // (x, y, n) per normal force.
-    let force = [0, 1, 2].map(|c| z[(c, NORMAL)] / normal);
-    let psi = |c: usize, k: usize| contact.modes[(c, k)];
-    let driven = |k: usize| (0..3).map(|c| force[c] * psi(c, k)).sum::<C>();
+    // (x, y, n) of patch p per normal force there.
+    let force = |p: usize| [0, 1, 2].map(|c| z[(3 * p + c, 3 * p + NORMAL)] / z[(3 * p + NORMAL, 3 * p + NORMAL)]);
+    let psi = |p: usize, c: usize, k: usize| contact.modes[(3 * p + c, k)];
+    let driven = |p: usize, k: usize| (0..3).map(|c| force(p)[c] * psi(p, c, k)).sum::<C>();
+    let coupling = |p: usize| own.iter().map(|&k| psi(p, NORMAL, k) * driven(p, k).re).sum::<f64>();
+    let normal_motion = |p: &usize| own.iter().map(|&k| psi(*p, NORMAL, k).powi(2)).sum::<f64>();
+    let patches = 0..contact.patches;
+    let most = patches.clone().max_by(|a, b| normal_motion(a).total_cmp(&normal_motion(b))).unwrap_or(0);
+    let (row, on) = (3 * most + NORMAL, force(most));
     Ok(Some(Criterion {
         damping,
         across: moved - pressed,
         tilting: growth_rate - moved,
-        coupling: own.iter().map(|&k| psi(NORMAL, k) * driven(k).re).sum(),
-        compliance: (0..3).map(|c| rest.receptances[(NORMAL, c)] * force[c]).sum::<C>() - normal.inv(),
+        coupling: patches.map(coupling).sum(),
+        compliance: (0..3).map(|c| rest.receptances[(row, 3 * most + c)] * on[c]).sum::<C>() - z[(row, row)].inv(),
         growth_rate,
         modes: own,
     }))
@@ -296,7 +328,7 @@ mod tests {
         let growing: Vec<_> =
             eigenpairs(&pair, &contact, 1e-9).unwrap().into_iter().filter(|e| e.growth_rate() > 0.0).collect();
         assert!(growing.len() == 2 && growing.iter().all(|e| e.value.im.abs() < 1e-6), "{growing:?}");
-        for c in criteria(&pair, &[[0.0; 2]], &contact, &growing).unwrap() {
+        for c in criteria(&pair, &[vec![[0.0; 2]]], &contact, &growing).unwrap() {
             assert!(c.modes == [0] && c.damping == -0.25 && c.growth_rate.is_nan() && c.coupling.is_nan(), "{c:?}");
         }
     }
@@ -328,7 +360,7 @@ mod tests {
             let all = eigenpairs(&pair, &contact, 1e-9).unwrap();
             let of_wheel: Vec<_> =
                 all.into_iter().filter(|e| e.value.im > 0.0 && participation(&pair, e)[1] > 0.7).collect();
-            let found = criteria(&pair, &[[0.0; 2]], &contact, &of_wheel).unwrap();
+            let found = criteria(&pair, &[vec![[0.0; 2]]], &contact, &of_wheel).unwrap();
             assert_eq!((found.len(), &found[0].modes[..]), (1, &[1usize][..]));
             let (c, grown) = (&found[0], of_wheel[0].growth_rate());
             let omega = of_wheel[0].value.im;
@@ -340,7 +372,13 @@ mod tests {
         }
         // A single node has no moments to tell from forces, and a single line of them those about two axes alone.
         let grid: Vec<[f64; 2]> = (0..9).map(|i| [(i % 3) as f64, (i / 3) as f64]).collect();
-        assert_eq!([&[4][..], &[3, 4, 5], &[0, 4, 8], &[1, 3, 4]].map(|c| functions(&grid, c).len()), [1, 2, 2, 3]);
+        let one = [grid.clone()];
+        assert_eq!([&[4][..], &[3, 4, 5], &[0, 4, 8], &[1, 3, 4]].map(|c| functions(&one, c).0.len()), [1, 2, 2, 3]);
+        // Of two patches each has its own, the means first; a patch that is open has none.
+        let (found, patches) = functions(&[grid.clone(), grid.clone()], &[4, 10, 12, 13]);
+        let seen: Vec<[f64; 2]> = found.iter().map(|f| [f[4], f[13]]).collect();
+        assert_eq!((patches, found.len(), &seen[..2]), (2, 4, &[[1.0, 0.0], [0.0, 1.0]][..]));
+        assert!(found[2..].iter().all(|f| f[..9] == [0.0; 9]) && functions(&[grid.clone(), grid], &[10]).1 == 1);
         // A rail's mode always lags: only the sign of κ decides; the wheel sees μτ·ψ_t of either sign.
         assert!(signs.iter().all(|s| s.1 < 0.0) && signs[0].0 == signs[1].0, "{signs:?}");
     }

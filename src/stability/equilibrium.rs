@@ -1,6 +1,6 @@
 //! The state that stability is examined about.
 
-use crate::contact::{SlidingSolution, Status, SteadySolution};
+use crate::contact::{PatchResultant, SlidingSolution, Status, SteadySolution};
 
 /// A contact that rolls or slides steadily, on n nodes.
 #[derive(Debug, Clone)]
@@ -11,10 +11,10 @@ pub struct Equilibrium {
     pub pressure: Vec<f64>,
     /// Coefficient of friction, 1, `[n]`; at open nodes that at rest.
     pub friction: Vec<f64>,
-    /// Contact force on body 1, N: (x, y, z).
+    /// Contact force on body 1, N: (x, y, z). Of several patches the sum of the components.
     pub force: [f64; 3],
-    /// Approach, m.
-    pub approach: f64,
+    /// Forces and approach of each patch, `[patches]`.
+    pub patches: Vec<PatchResultant>,
     /// 0 open, 1 stick, 2 slip, `[n]`.
     pub state: Vec<u8>,
     /// Closed nodes that slide although their creep in the deformed state points backwards.
@@ -42,7 +42,7 @@ impl From<SlidingSolution> for Equilibrium {
             pressure: s.pressure,
             friction: s.friction,
             force: s.force,
-            approach: s.approach,
+            patches: s.patches,
             state,
             reversed: s.reversed,
         }
@@ -56,7 +56,7 @@ impl From<SteadySolution> for Equilibrium {
             pressure: s.pressure,
             friction: s.friction,
             force: s.force,
-            approach: s.approach,
+            patches: s.patches,
             state: s.state,
             reversed: 0,
         }

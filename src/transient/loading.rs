@@ -1,6 +1,6 @@
 //! Prescribed quantities in time: load or approach, creepages.
 
-use crate::contact::NormalLoad;
+use crate::contact::{Creepage, NormalLoad, PatchKinematics};
 use crate::{Error, Result};
 
 /// A quantity as a function of time: straight lines between the points of a table.
@@ -86,12 +86,10 @@ impl Normal {
     }
 }
 
-/// Everything prescribed.
+/// Rolling of one contact patch in time.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Loading {
-    /// Load or approach.
-    pub normal: Normal,
-    /// Creep or force along x and y.
+pub struct PatchDrive {
+    /// Creep or force along x and y; the force of one patch alone.
     pub tangential: [Tangential; 2],
     /// Spin ωz1 − ωz2, rad/s.
     pub spin: History,
@@ -99,12 +97,12 @@ pub struct Loading {
     pub speed: f64,
 }
 
-impl Loading {
-    /// Load or approach `load` and creepages ξ, η, φ (1, 1, 1/m) at the speed V, all constant.
-    pub fn constant(load: NormalLoad, creepage: crate::contact::Creepage, speed: f64) -> Self {
+impl PatchDrive {
+    /// Constant creepages and speed.
+    pub fn constant(kinematics: PatchKinematics) -> Self {
+        let PatchKinematics { speed, creepage } = kinematics;
         let creep = |c: f64| Tangential::Creep(History::constant(c * speed));
         Self {
-            normal: Normal::constant(load),
             tangential: [creep(creepage.longitudinal), creep(creepage.lateral)],
             spin: History::constant(creepage.spin * speed),
             speed,
@@ -112,10 +110,60 @@ impl Loading {
     }
 }
 
+/// Everything prescribed.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Loading {
+    /// Load or approach. Of several patches it is the rigid motion that they share, which is prescribed: the inertia
+    /// of the bodies holds it at all but low frequencies. Approaches of single patches are part of the gaps.
+    pub normal: Normal,
+    /// Fall of the gap of each patch per unit of that motion, `[patches]`; 1 of one patch.
+    pub factors: Vec<f64>,
+    /// Rolling of each patch, `[patches]`.
+    pub patches: Vec<PatchDrive>,
+}
+
+impl Loading {
+    /// Load or approach `load` and creepages ξ, η, φ (1, 1, 1/m) of one patch at the speed V, all constant.
+    pub fn constant(load: NormalLoad, creepage: Creepage, speed: f64) -> Self {
+        Self::of_patch(Normal::constant(load), PatchDrive::constant(PatchKinematics { speed, creepage }))
+    }
+
+    /// Loading of an interface of one patch.
+    pub fn of_patch(normal: Normal, drive: PatchDrive) -> Self {
+        Self { normal, factors: vec![1.0], patches: vec![drive] }
+    }
+
+    /// Constant rolling of patches whose approaches stay: they are those of the gaps.
+    pub fn held(kinematics: &[PatchKinematics]) -> Self {
+        Self {
+            normal: Normal::Approach(History::constant(0.0)),
+            factors: vec![0.0; kinematics.len()],
+            patches: kinematics.iter().copied().map(PatchDrive::constant).collect(),
+        }
+    }
+
+    /// Refuses a loading that does not belong to `patches` patches, or forces on several of them.
+    pub(super) fn check(&self, patches: usize) -> Result<()> {
+        if [self.factors.len(), self.patches.len()] != [patches; 2] {
+            return Err(Error::Defect(format!("transient: {} drives for {patches} patches", self.patches.len())));
+        }
+        let force = |t: &Tangential| matches!(t, Tangential::Force(_));
+        let forced =
+            matches!(self.normal, Normal::Force(_)) || self.patches.iter().any(|p| p.tangential.iter().any(force));
+        if patches > 1 && forced {
+            return Err(Error::Job(
+                "analyses.transient: forces cannot be prescribed on several contact patches so far; give \
+                 analyses.transient.hold \"approach\" and creepages"
+                    .into(),
+            ));
+        }
+        Ok(())
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::contact::Creepage;
 
     #[test]
     fn a_history_is_straight_between_its_points_and_stays_outside() {
@@ -134,7 +182,12 @@ mod tests {
         let creepage = Creepage { longitudinal: 0.1, lateral: 0.2, spin: 0.3 };
         let drive = Loading::constant(NormalLoad::Force(5.0), creepage, 10.0);
         let creep = |v: f64| Tangential::Creep(History::constant(v));
-        assert_eq!(drive.tangential, [creep(1.0), creep(2.0)]);
-        assert_eq!((drive.spin.at(0.0), drive.speed, drive.normal), (3.0, 10.0, Normal::Force(History::constant(5.0))));
+        assert_eq!(drive.patches[0].tangential, [creep(1.0), creep(2.0)]);
+        assert_eq!((drive.patches[0].spin.at(0.0), drive.patches[0].speed), (3.0, 10.0));
+        assert_eq!((&drive.normal, &drive.factors[..]), (&Normal::Force(History::constant(5.0)), &[1.0][..]));
+        let two = Loading { patches: vec![drive.patches[0].clone(); 2], factors: vec![1.0; 2], ..drive.clone() };
+        assert!(drive.check(1).is_ok() && drive.check(2).is_err());
+        assert!(two.check(2).unwrap_err().message().contains("several contact patches"));
+        assert!(Loading { normal: Normal::Approach(History::constant(0.0)), ..two }.check(2).is_ok());
     }
 }

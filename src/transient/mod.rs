@@ -45,7 +45,7 @@ mod tests;
 pub use delassus::DelassusOperator;
 pub use dynamics::Dynamics;
 pub use energy::Energy;
-pub use loading::{History, Loading, Tangential};
+pub use loading::{History, Loading, PatchDrive, Tangential};
 pub use model::Model;
 pub use newton::Memory;
 pub use points::PointModel;

@@ -396,8 +396,8 @@ mod tests {
     #[test]
     fn finds_the_reactions_of_the_fixed_point_for_unlike_bodies_and_falling_friction() {
         let s = Interface::paraboloid(9, 9, [6e-3; 2], [4.0; 2]).unwrap();
-        let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
-        let hard = HalfSpace { young: 205e13, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
+        let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.patches[0].x, &s.patches[0].y).unwrap();
+        let hard = HalfSpace { young: 205e13, poisson: 0.3 }.compliance(&s.patches[0].x, &s.patches[0].y).unwrap();
         let falling = FrictionLaw::from(Exponential::new(0.35, 0.25, 0.3));
         for (other, friction) in [
             (&steel, FrictionLaw::Constant(0.3)),
@@ -461,8 +461,8 @@ mod tests {
     #[test]
     fn a_small_load_rests_on_one_node() {
         let s = Interface::paraboloid(9, 9, [6e-3; 2], [4.0; 2]).unwrap();
-        let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
-        let hard = HalfSpace { young: 205e13, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
+        let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.patches[0].x, &s.patches[0].y).unwrap();
+        let hard = HalfSpace { young: 205e13, poisson: 0.3 }.compliance(&s.patches[0].x, &s.patches[0].y).unwrap();
         let w = combined_compliance(steel.as_ref(), hard.as_ref()).unwrap();
         let matrix = &DelassusOperator::new((0..3 * s.len()).flat_map(|j| w.col_as_slice(j).to_vec()).collect());
         let free = displacements(&s, 0.0, 1e-6);
@@ -495,7 +495,7 @@ mod tests {
     #[test]
     fn what_is_no_number_is_refused() {
         let s = Interface::paraboloid(3, 3, [2e-3; 2], [4.0; 2]).unwrap();
-        let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
+        let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.patches[0].x, &s.patches[0].y).unwrap();
         let w = combined_compliance(steel.as_ref(), steel.as_ref()).unwrap();
         let matrix = &DelassusOperator::new((0..3 * s.len()).flat_map(|j| w.col_as_slice(j).to_vec()).collect());
         let good = displacements(&s, 1e-5, 1e-6);

@@ -16,6 +16,7 @@ use super::scheme::{Modal, Scheme};
 use crate::contact::law::Status;
 use crate::dense::{self, dot};
 use crate::friction::{FrictionLaw, Remembered};
+use crate::grid::Interface;
 use crate::roughness::Surface;
 use crate::{Error, Result};
 
@@ -62,7 +63,7 @@ pub struct State {
     pub v: Vec<f64>,
     /// Reactions (tx, ty, p), N, `[3n]`.
     pub reaction: Vec<f64>,
-    /// Approach, m.
+    /// Approach, m; of several patches the rigid motion that they share.
     pub approach: f64,
     /// Rigid creep velocities, m/s, of the directions with a prescribed force.
     pub creep: [f64; 2],
@@ -83,8 +84,8 @@ pub struct Stepper<'a> {
     massive: bool,
     /// W, m/N, `[3n, 3n]`.
     w: Mat<f64>,
-    /// Foot of each grid column.
-    feet: Vec<Option<DeparturePoint>>,
+    /// Foot of each grid column of each patch.
+    feet: Vec<Vec<Option<DeparturePoint>>>,
     /// ∂x g0, `[n]`.
     slope: Vec<f64>,
     /// Largest size of a gap of the smooth bodies, m.
@@ -169,20 +170,19 @@ impl<'a> Stepper<'a> {
         }
         let w = motion.operator(&model);
         let s = model.interface;
-        let travel = settings.drive.speed * settings.scheme.step;
-        let nx = s.x.len();
+        settings.drive.check(s.patches.len())?;
         let slope = (0..n)
             .map(|i| {
-                let (ix, line) = (i % nx, i - i % nx);
-                let (a, b) = (ix.saturating_sub(1), (ix + 1).min(nx - 1));
+                let (patch, ix, iy) = s.place(i);
+                let (a, b) = (ix.saturating_sub(1), (ix + 1).min(patch.x.len() - 1));
                 if s.are_points() {
                     return 0.0;
                 }
-                (s.gap[line + b] - s.gap[line + a]) / (s.x[b] - s.x[a])
+                (s.gap[patch.node(b, iy)] - s.gap[patch.node(a, iy)]) / (patch.x[b] - patch.x[a])
             })
             .collect();
         let mut new = Self {
-            feet: feet(&s.x, travel),
+            feet: all_feet(s, &settings.drive, settings.scheme.step),
             passing: RoughnessGap::smooth(s),
             model,
             settings,
@@ -228,9 +228,9 @@ impl<'a> Stepper<'a> {
     }
 
     /// The same on rough surfaces.
-    pub fn rough(mut self, surface: Surface) -> Self {
-        self.passing = RoughnessGap::rough(self.model.interface, surface);
-        self
+    pub fn rough(mut self, surface: Surface) -> Result<Self> {
+        self.passing = RoughnessGap::rough(self.model.interface, surface)?;
+        Ok(self)
     }
 
     /// Forgets everything that is not part of the state, so that a run continued from here goes on in the same way.
@@ -263,7 +263,7 @@ impl<'a> Stepper<'a> {
     pub fn restart(&mut self, step: f64, state: State) -> Result<()> {
         self.settings.scheme.step = step;
         self.settings.scheme.check(&[])?;
-        self.feet = feet(&self.model.interface.x, self.settings.drive.speed * step);
+        self.feet = all_feet(self.model.interface, &self.settings.drive, step);
         self.put(state)
     }
 
@@ -338,7 +338,7 @@ impl<'a> Stepper<'a> {
         let (h, theta) = (self.settings.scheme.step, self.settings.scheme.theta);
         let rank = self.shapes.rank();
         let t = self.time();
-        self.passing.go(self.model.interface, self.state.step, h);
+        self.passing.go(self.state.step, h);
         // The modal reactions at the beginning of the step: kept from the one before where there was one.
         let old_modal = self.modal_now.take().unwrap_or_else(|| self.modal_reaction(&self.core_reaction()));
         let (q_free, v_free) = self.motion.free(&self.state.q, &self.state.v, &old_modal)?;
@@ -350,14 +350,17 @@ impl<'a> Stepper<'a> {
         let v_seen = if self.impact == Impact::Rigid { self.shapes.seen(&v_free) } else { Vec::new() };
         let drive = &self.settings.drive;
         let mut total = [None; 3];
-        let mut creep = [0.0; 2];
-        for c in 0..2 {
-            match &drive.tangential[c] {
-                Tangential::Creep(history) => creep[c] = history.at(t + 0.5 * h),
-                Tangential::Force(history) => total[c] = Some(history.at(t + h)),
+        // Creep along x and y, and spin, of each patch.
+        let mut creeps = vec![([0.0; 2], 0.0); drive.patches.len()];
+        for (patch, (creep, spin)) in drive.patches.iter().zip(&mut creeps) {
+            for c in 0..2 {
+                match &patch.tangential[c] {
+                    Tangential::Creep(history) => creep[c] = history.at(t + 0.5 * h),
+                    Tangential::Force(history) => total[c] = Some(history.at(t + h)),
+                }
             }
+            *spin = patch.spin.at(t + 0.5 * h);
         }
-        let spin = drive.spin.at(t + 0.5 * h);
         let (approach, rate) = match &drive.normal {
             Normal::Force(history) => {
                 total[2] = Some(history.at(t + h));
@@ -384,12 +387,13 @@ impl<'a> Stepper<'a> {
             for a in 0..core {
                 let i = ws.nodes[a];
                 let ([x, y], own) = ws.at[a];
+                let (creep, spin) = creeps[self.model.interface.patch_of(i)];
                 let foot = self.foot_value(a);
                 let rigid = [creep[0] - spin * y + own[0], creep[1] + spin * x + own[1]];
                 for c in 0..2 {
                     b[3 * a + c] += h * rigid[c] - foot[c];
                 }
-                let gap = b[3 * a + 2] + self.passing.after[i] - approach;
+                let gap = b[3 * a + 2] + self.passing.after[i] - self.approach(i, approach);
                 gaps.push(gap);
                 let closes = touching.as_ref().map_or(gap <= 0.0, |t| t[i]);
                 b[3 * a + 2] = match self.impact {
@@ -397,7 +401,7 @@ impl<'a> Stepper<'a> {
                     Impact::Rigid if !closes && self.massive => FAR,
                     Impact::Rigid if !closes => f64::INFINITY,
                     Impact::Rigid => {
-                        let rate = rate + self.passing.raised(i) / h;
+                        let rate = self.approach(i, rate) + self.passing.raised(i) / h;
                         theta * h * (dot(&ws.psi[rank * (3 * a + 2)..][..rank], &v_seen) - rate)
                     }
                 };
@@ -489,6 +493,11 @@ impl<'a> Stepper<'a> {
         self.massive.then(|| (0..n).map(pressed).collect())
     }
 
+    /// Approach at node `i` by the rigid motion `motion`, m; or the rate of the one by that of the other.
+    fn approach(&self, i: usize, motion: f64) -> f64 {
+        self.settings.drive.factors[self.model.interface.patch_of(i)] * motion
+    }
+
     /// A gap that is negative by rounding alone, m.
     fn rounding(&self, shift: f64) -> f64 {
         -1e-12 * (shift.abs() + self.widest)
@@ -516,10 +525,11 @@ impl<'a> Stepper<'a> {
             let mean: [f64; 3] = std::array::from_fn(|c| gamma * r[c] + (1.0 - gamma) * old[c]);
             old.copy_from_slice(r);
             friction -= mean[0] * slip[0] + mean[1] * slip[1];
-            let nearer = sunk + self.passing.raised(i);
+            let nearer = self.approach(i, sunk) + self.passing.raised(i);
             drive +=
                 mean[2] * nearer - mean[0] * (slip[0] - (now[0] - then[0])) - mean[1] * (slip[1] - (now[1] - then[1]));
-            rolling -= mean[2] * self.settings.drive.speed * h * self.slope[i];
+            let speed = self.settings.drive.patches[self.model.interface.patch_of(i)].speed;
+            rolling -= mean[2] * speed * h * self.slope[i];
             impact -= mean[2] * (now[2] - then[2] - nearer);
             report.force[0] += r[0];
             report.force[1] += r[1];
@@ -623,6 +633,11 @@ impl<'a> Stepper<'a> {
         dense::add_scattered(&responses, &mut response);
         (guess, Some(response))
     }
+}
+
+/// Feet of the grid columns of each patch in steps of `step`, s.
+fn all_feet(s: &Interface, drive: &Loading, step: f64) -> Vec<Vec<Option<DeparturePoint>>> {
+    s.patches.iter().zip(&drive.patches).map(|(p, drive)| feet(&p.x, drive.speed * step)).collect()
 }
 
 /// Nodes with a pressure, ascending.

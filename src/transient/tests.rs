@@ -55,12 +55,8 @@ fn settings(drive: Loading, mu: f64) -> Settings {
 /// Nothing prescribed but the approach.
 fn still(approach: History) -> Loading {
     let zero = || History::constant(0.0);
-    Loading {
-        normal: Normal::Approach(approach),
-        tangential: [Tangential::Creep(zero()), Tangential::Creep(zero())],
-        spin: zero(),
-        speed: 0.0,
-    }
+    let tangential = [Tangential::Creep(zero()), Tangential::Creep(zero())];
+    Loading::of_patch(Normal::Approach(approach), PatchDrive { tangential, spin: zero(), speed: 0.0 })
 }
 
 /// The reactions with the pressure `p` (N) at `node` alone.
@@ -86,14 +82,12 @@ fn a_single_node_slips_and_sticks() {
         // At the middle of the first step, a twentieth of the way.
         let creep = [faster * 2.0, faster * -1.05];
         let spin = faster * 0.4;
-        let drive = Loading {
-            tangential: [
-                Tangential::Creep(straight(creep[0] - 0.1, creep[0] + 1.9)),
-                Tangential::Creep(straight(creep[1] + 0.05, creep[1] - 0.95)),
-            ],
-            spin: straight(spin - 0.02, spin + 0.38),
-            ..still(approach)
-        };
+        let tangential = [
+            Tangential::Creep(straight(creep[0] - 0.1, creep[0] + 1.9)),
+            Tangential::Creep(straight(creep[1] + 0.05, creep[1] - 0.95)),
+        ];
+        let patch = PatchDrive { tangential, spin: straight(spin - 0.02, spin + 0.38), speed: 0.0 };
+        let drive = Loading::of_patch(Normal::Approach(approach), patch);
         let start = State::at_rest(&model(&s, &w, &no, &[]), &pressed(8, 1e-3 / SOFT), 1e-3);
         let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(drive, mu), start).unwrap();
         stepper.advance().unwrap();
@@ -140,18 +134,11 @@ fn status_and_creep_belong_to_the_stresses_at_every_step() {
     let w = Mat::from_fn(147, 147, |i, j| if i == j { SOFT } else { 0.0 });
     let no = Mat::zeros(147, 0);
     let mu = 0.3;
-    let drive = Loading {
-        tangential: [Tangential::Creep(straight(1e-4, 1e-4)), Tangential::Creep(straight(-5e-5, -5e-5))],
-        spin: straight(4e-4, 4e-4),
-        ..still(
-            History::table(
-                "falling",
-                &[[0.0, 2.5e-5], [4.0 * H, 2.5e-5], [5.0 * H, 0.4e-5], [10.0 * H, 0.4e-5]],
-                10.0 * H,
-            )
-            .unwrap(),
-        )
-    };
+    let tangential = [Tangential::Creep(straight(1e-4, 1e-4)), Tangential::Creep(straight(-5e-5, -5e-5))];
+    let points = [[0.0, 2.5e-5], [4.0 * H, 2.5e-5], [5.0 * H, 0.4e-5], [10.0 * H, 0.4e-5]];
+    let approach = History::table("falling", &points, 10.0 * H).unwrap();
+    let patch = PatchDrive { tangential, spin: straight(4e-4, 4e-4), speed: 0.0 };
+    let drive = Loading::of_patch(Normal::Approach(approach), patch);
     let start = State::at_rest(&model(&s, &w, &no, &[]), &[0.0; 147], 0.0);
     let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(drive, mu), start).unwrap();
     let mut seen = Vec::new();
@@ -183,11 +170,9 @@ fn status_and_creep_belong_to_the_stresses_at_every_step() {
 #[test]
 fn prescribed_forces_are_there_at_the_end_of_the_step() {
     let (s, w, no) = (grid(&[(8, 0.0)]), springs(), none());
-    let drive = Loading {
-        normal: Normal::Force(straight(1e3, 2e3)),
-        tangential: [Tangential::Force(straight(0.0, 500.0)), Tangential::Creep(History::constant(0.0))],
-        ..still(History::constant(0.0))
-    };
+    let tangential = [Tangential::Force(straight(0.0, 500.0)), Tangential::Creep(History::constant(0.0))];
+    let patch = PatchDrive { tangential, spin: History::constant(0.0), speed: 0.0 };
+    let drive = Loading::of_patch(Normal::Force(straight(1e3, 2e3)), patch);
     let start = State::at_rest(&model(&s, &w, &no, &[]), &pressed(8, 1e3), 1e3 * SOFT);
     let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(drive, 0.3), start.clone()).unwrap();
     for step in 1..=3 {
@@ -295,17 +280,15 @@ fn balance_does_not_count_the_start() {
 fn the_laws_hold_with_a_fresh_product_after_many_steps() {
     let s = Interface::paraboloid(11, 11, [6e-3; 2], [4.0; 2]).unwrap();
     let steel = crate::body::half_space::HalfSpace { young: 205e9, poisson: 0.3 };
-    let c = steel.compliance(&s.x, &s.y).unwrap();
+    let c = steel.compliance(&s.patches[0].x, &s.patches[0].y).unwrap();
     let w = crate::model::combined_compliance(c.as_ref(), c.as_ref()).unwrap();
     let no = Mat::<f64>::zeros(3 * s.len(), 0);
     let falling = Exponential::new(0.35, 0.25, 0.3).into();
     for friction in [FrictionLaw::Constant(0.3), falling] {
         let creep = Tangential::Creep(History::constant(0.05));
-        let drive = Loading {
-            tangential: [Tangential::Creep(History::constant(0.01)), creep],
-            speed: 10.0,
-            ..still(History::constant(6e-5))
-        };
+        let tangential = [Tangential::Creep(History::constant(0.01)), creep];
+        let patch = PatchDrive { tangential, spin: History::constant(0.0), speed: 10.0 };
+        let drive = Loading::of_patch(Normal::Approach(History::constant(6e-5)), patch);
         let model = model(&s, &w, &no, &[]);
         let (n, h, tolerance) = (s.len(), 2e-5, 1e-9);
         let settings = Settings {
@@ -341,7 +324,8 @@ fn the_laws_hold_with_a_fresh_product_after_many_steps() {
 #[test]
 fn rolling_over_a_slope() {
     let (s, w, no) = (grid(&[(11, 0.3), (12, 0.0), (13, 0.8)]), springs(), none());
-    let drive = Loading { speed: 10.0, ..still(History::constant(1e-3)) };
+    let mut drive = still(History::constant(1e-3));
+    drive.patches[0].speed = 10.0;
     let start = State::at_rest(&model(&s, &w, &no, &[]), &pressed(12, 1e-3 / SOFT), 1e-3);
     let mut stepper = Stepper::new(model(&s, &w, &no, &[]), settings(drive, 0.0), start).unwrap();
     stepper.advance().unwrap();

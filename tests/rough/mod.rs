@@ -29,7 +29,7 @@ impl Pair {
     fn new() -> Self {
         let interface = Interface::paraboloid(17, 17, [8e-3; 2], [4.0; 2]).unwrap();
         let steel = HalfSpace { young: 205e9, poisson: 0.3 };
-        let c = steel.compliance(&interface.x, &interface.y).unwrap();
+        let c = steel.compliance(&interface.patches[0].x, &interface.patches[0].y).unwrap();
         let residual = combined_compliance(c.as_ref(), c.as_ref()).unwrap();
         let rows = 3 * interface.len();
         let modes = Mat::from_fn(rows, 2, |i, k| if i % 3 == 2 { 1.0 / MASS[k].sqrt() } else { 0.0 });
@@ -95,7 +95,7 @@ fn small_waves_make_the_force_that_receptances_and_contact_stiffness_predict() {
         let (omega, speed) = (2.0 * PI * frequency, frequency * wavelength);
         let surface = rough(Shape::Wave { length: wavelength, height: amplitude }, 0.0, speed);
         let mut stepper =
-            Stepper::new(pair.model(), pair.settings(APPROACH, speed), start.clone()).unwrap().rough(surface);
+            Stepper::new(pair.model(), pair.settings(APPROACH, speed), start.clone()).unwrap().rough(surface).unwrap();
         // Eight periods of the scheme's steps after all has come in.
         let count = (8.0 / frequency / STEP).round() as usize;
         (0..4000).for_each(|_| stepper.advance().unwrap());
@@ -124,7 +124,7 @@ fn a_flat_opens_the_contact_and_strikes() {
     let load = force(&start);
     let surface = || rough(Shape::RoundedFlat { length: 0.04, depth: 6e-4 }, 0.2, speed);
     let stepper = |state: State| Stepper::new(pair.model(), pair.settings(APPROACH, speed), state).unwrap();
-    let mut run = stepper(start).rough(surface());
+    let mut run = stepper(start).rough(surface()).unwrap();
     let mut again = None;
     let (mut open, mut highest) = (0, 0.0f64);
     for step in 1..=5000 {
@@ -136,7 +136,7 @@ fn a_flat_opens_the_contact_and_strikes() {
         if step == 2500 {
             // In the middle of the flat.
             run.reset().unwrap();
-            again = Some(stepper(run.state().clone()).rough(surface()));
+            again = Some(stepper(run.state().clone()).rough(surface()).unwrap());
         }
         open += usize::from(run.report().closed == 0);
         highest = highest.max(-run.report().force[2]);

@@ -39,7 +39,7 @@ fn damped(nodes: usize, speed: f64, damping: [f64; 3]) -> Squeal {
     let squeal = Squeal::new(nodes, DAMPING);
     let n = squeal.interface.len();
     let steel = HalfSpace { young: 205e9, poisson: 0.3 };
-    let local = steel.compliance(&squeal.interface.x, &squeal.interface.y).unwrap();
+    let local = steel.compliance(&squeal.interface.patches[0].x, &squeal.interface.patches[0].y).unwrap();
     let omega: Vec<f64> = FREQUENCY.iter().map(|f| 2.0 * PI * f).collect();
     let contact_modes = Mat::from_fn(3 * n, 3, |i, k| SHAPE[k][i % 3]);
     let modal = |i: usize, j: usize| {
@@ -61,15 +61,15 @@ fn damped(nodes: usize, speed: f64, damping: [f64; 3]) -> Squeal {
 fn settings_of(squeal: &Squeal, step: f64, approach: f64) -> Settings {
     let load = NormalLoad::Approach(approach);
     let mut settings = squeal.settings(Creepage::default(), load, step, ContactSolver::Newton);
-    settings.drive.speed = 0.0;
-    settings.drive.tangential[1] = Tangential::Creep(History::constant(0.05));
+    settings.drive.patches[0].speed = 0.0;
+    settings.drive.patches[0].tangential[1] = Tangential::Creep(History::constant(0.05));
     settings
 }
 
 fn pressed(squeal: &Squeal) -> (State, f64) {
     let friction = FrictionLaw::Constant(0.0);
     let pressed = SteadyProblem { friction, ..squeal.steady(Creepage::default()) }.solve().unwrap();
-    (squeal.rest(&pressed.pressure, &pressed.traction, pressed.approach), pressed.approach)
+    (squeal.rest(&pressed.pressure, &pressed.traction, pressed.motions[0]), pressed.motions[0])
 }
 
 /// Modal displacements in the frame that turns with the wheel, a(t) with q = e^{−JnΩt} a of the pair: there the modes
@@ -201,9 +201,9 @@ fn both_waves_of_a_pair_grow_as_the_linear_analysis_says() {
         assert_eq!(waves.len(), 3);
         let (mut now, mut next) = (Mat::<f64>::zeros(6, 6), Mat::<f64>::zeros(6, 6));
         for wave in &waves {
-            let start = squeal.rest(&solution.pressure, &solution.traction, solution.approach);
+            let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]);
             let along = Creepage { lateral: creepage, ..Creepage::default() };
-            let settings = squeal.settings(along, NormalLoad::Approach(solution.approach), h, ContactSolver::Newton);
+            let settings = squeal.settings(along, NormalLoad::Approach(solution.motions[0]), h, ContactSolver::Newton);
             let mut calm = Stepper::new(squeal.model(), settings.clone(), start.clone()).unwrap();
             let amplitude = 5e-7 / wave.modal.iter().map(|z| z.norm()).fold(0.0, f64::max);
             let moved = start.perturbed(&wave.modal, wave.value, amplitude);
@@ -270,7 +270,7 @@ fn energy_of_a_wheel_that_turns() {
     // nothing.
     let squeal = damped(7, SPEED, [DAMPING, 4.0, 9.0]);
     let mut settings = settings_of(&squeal, 1e-5, -1.0);
-    settings.drive.tangential[1] = Tangential::Creep(History::constant(0.0));
+    settings.drive.patches[0].tangential[1] = Tangential::Creep(History::constant(0.0));
     let mut free = start;
     free.reaction.fill(0.0);
     free.approach = -1.0;

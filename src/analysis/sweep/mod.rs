@@ -362,7 +362,7 @@ fn solve_with(
         sticking: spectrum.sticking,
         reversed: state.map_or(0, |s| s.reversed),
         force,
-        approach: state.map_or(f64::NAN, |s| s.approach),
+        approach: state.map_or(f64::NAN, |s| s.patches[0].approach),
         followed: Vec::new(),
     };
     Ok((outcome, found))

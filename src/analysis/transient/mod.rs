@@ -172,8 +172,9 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
         run.file.tables(points.tables());
         run.file.tables(inputs.model.root().map(|m| grid(&m.interface, pair))?);
         let interface = &inputs.model.root()?.interface;
-        if let Some(surface) = roughness::surface(inputs.job, [&interface.x, &interface.y])? {
-            run.file.tables(roughness::tables(&surface, &interface.y, wanted.duration));
+        let patch = interface.single("analyses.transient")?;
+        if let Some(surface) = roughness::surface(inputs.job, [&patch.x, &patch.y])? {
+            run.file.tables(roughness::tables(&surface, &patch.y, wanted.duration));
         }
         let segments = inputs.segments()?;
         run.file.append(segments.clone(), "/transient");
@@ -232,7 +233,8 @@ fn advance(
     let interface = ready.interface();
     let model = ready.model(&root.pair);
     Scheme { step: wanted.step, theta: wanted.theta }.check(model.omega)?;
-    let surface = roughness::surface(inputs.job, [&interface.x, &interface.y])?;
+    let patch = interface.single("analyses.transient")?;
+    let surface = roughness::surface(inputs.job, [&patch.x, &patch.y])?;
     let identity = roughness::identity(checkpoint::identity(&model), surface.as_ref());
     let resumed = if inputs.options.resume { Some(Checkpoint::last(segments)?) } else { None };
     let (rest, settings) = ready.begin(&model, &rolling)?;
@@ -243,7 +245,7 @@ fn advance(
             None => stepper,
         };
         Ok(match surface {
-            Some(surface) => stepper.rough(surface),
+            Some(surface) => stepper.rough(surface)?,
             None => stepper,
         })
     };

@@ -1,6 +1,6 @@
 //! Position of a contact of one point on the interface.
 
-use crate::grid::Interface;
+use crate::grid::{ContactPatch, Interface};
 
 /// Weights at which the modes are evaluated: pairs (node, coefficient).
 pub struct Footprint {
@@ -19,8 +19,8 @@ impl Footprint {
         let closed: Vec<usize> = (0..s.len()).filter(|&i| pressure[i] > 0.0 && !s.on_border(i)).collect();
         let mean: Vec<(usize, f64)> = closed.iter().map(|&i| (i, force(i) / load)).collect();
         let slope = mean.iter().flat_map(|&(i, share)| {
-            let at = i % s.x.len();
-            let [back, ahead] = [s.x[at] - s.x[at - 1], s.x[at + 1] - s.x[at]];
+            let (ContactPatch { x, .. }, at, _) = s.place(i);
+            let [back, ahead] = [x[at] - x[at - 1], x[at + 1] - x[at]];
             let [upstream, downstream] = [-ahead / (back * (back + ahead)), back / (ahead * (back + ahead))];
             [(i - 1, upstream), (i, -upstream - downstream), (i + 1, downstream)].map(|(j, c)| (j, share * c))
         });

@@ -6,9 +6,10 @@ use super::newton::{Effort, Iterate, Memory, Posed};
 use super::surface::Surface;
 use crate::contact::interface::{Stencil, Upstream};
 use crate::contact::law::Augmentation;
+use crate::contact::loads::NormalLoad;
 use crate::contact::newton;
 use crate::contact::patch::refuse_border;
-use crate::contact::steady::{NormalLoad, SteadyProblem, SteadySolution};
+use crate::contact::steady::{SteadyProblem, SteadySolution};
 use crate::{Error, Result};
 use faer::Mat;
 
@@ -79,11 +80,18 @@ impl<'a> ConsistentSteady<'a> {
                     .into(),
             ));
         }
+        let patch = s.single("contact.quadrature \"consistent\"")?;
+        let load = p.loads.of_one_patch().ok_or_else(|| {
+            Error::Job(
+                "contact.quadrature: \"consistent\" takes a load or an approach along the normal; take \"nodal\""
+                    .into(),
+            )
+        })?;
         let start = p.solve()?;
         let mut forces: Vec<f64> = start.stresses().iter().enumerate().map(|(k, v)| v * s.weight[k / 3]).collect();
-        let surface = Surface::new(s);
-        let mut approach = start.approach;
-        let mut whole = self.whole(&surface, &forces, approach);
+        let surface = Surface::new(patch);
+        let mut approach = start.motions[0];
+        let mut whole = self.whole(&surface, &forces, (approach, load));
         let mut effort = Effort { iterations: start.iterations, products: start.products, ..Effort::default() };
         if start.pressure.iter().all(|&v| v == 0.0) {
             return self.finish(whole, effort, approach);
@@ -106,14 +114,14 @@ impl<'a> ConsistentSteady<'a> {
                 nodes = surface.around(wanted.into_iter());
             }
             let cells = Cells::new(&surface, nodes.clone());
-            let found = self.newton(&cells, &whole.upstream, (&forces, approach), &mut memory, &mut effort)?;
+            let found = self.newton(&cells, &whole.upstream, (&forces, approach, load), &mut memory, &mut effort)?;
             forces.fill(0.0);
             for (f, &i) in found.forces.chunks_exact(3).zip(&nodes) {
                 forces[3 * i..3 * i + 3].copy_from_slice(f);
             }
             approach -= found.shift[2];
-            refuse_border(p.compliance, s, p.load, &pressed(&forces))?;
-            whole = self.whole(&surface, &forces, approach);
+            refuse_border(p.compliance, s, &p.loads, &pressed(&forces))?;
+            whole = self.whole(&surface, &forces, (approach, load));
         }
         Err(Error::NotConverged(format!(
             "steady contact, consistent quadrature: no solution within {:.1e} after {} iterations \
@@ -136,7 +144,7 @@ impl<'a> ConsistentSteady<'a> {
         &self,
         cells: &Cells,
         upstream: &Upstream,
-        (forces, approach): (&[f64], f64),
+        (forces, approach, load): (&[f64], f64, NormalLoad),
         memory: &mut Memory,
         effort: &mut Effort,
     ) -> Result<Iterate> {
@@ -150,12 +158,11 @@ impl<'a> ConsistentSteady<'a> {
         });
         let mut constant = Vec::with_capacity(3 * k);
         for &i in &cells.nodes {
-            let [x, y] = s.point(i);
-            let rigid = p.creepage.rigid(x, y);
+            let rigid = s.rigid(&p.kinematics, i);
             constant.extend((0..2).map(|c| rigid[c] + upstream.at(i, |j| s.shift[j][c])));
             constant.push(s.gap[i] - approach);
         }
-        let total = match p.load {
+        let total = match load {
             NormalLoad::Force(f) => [None, None, Some(f)],
             NormalLoad::Approach(_) => [None; 3],
         };
@@ -175,8 +182,8 @@ impl<'a> ConsistentSteady<'a> {
         })
     }
 
-    /// State of the whole interface under forces, N, `[3n]`, and an approach.
-    fn whole(&self, surface: &Surface, forces: &[f64], approach: f64) -> Whole {
+    /// State of the whole interface under forces, N, `[3n]`, and an approach, where `load` is given.
+    fn whole(&self, surface: &Surface, forces: &[f64], (approach, load): (f64, NormalLoad)) -> Whole {
         let p = &self.problem;
         let (s, n) = (p.interface, p.interface.len());
         let (u, stress, law) = (p.compliance.multiply(forces), surface.field(forces), self.law());
@@ -184,11 +191,10 @@ impl<'a> ConsistentSteady<'a> {
         let closed: Vec<bool> = (0..n).map(|i| stress[3 * i + 2] > law.rho.normal * gap[i]).collect();
         let upstream = s.upstream(p.stencil, Some((&gap, &closed)));
         let mut motion = Vec::with_capacity(3 * n);
-        for i in 0..n {
-            let [x, y] = s.point(i);
-            let rigid = p.creepage.rigid(x, y);
+        for (i, &gap) in gap.iter().enumerate() {
+            let rigid = s.rigid(&p.kinematics, i);
             motion.extend((0..2).map(|c| rigid[c] + upstream.at(i, |j| s.shift[j][c] + u[3 * j + c])));
-            motion.push(gap[i]);
+            motion.push(gap);
         }
         let fields = Fields { stress: &stress, motion: &motion };
         let integral = cells::integral(&surface.rule(), n, surface.cells(), fields, law);
@@ -202,7 +208,7 @@ impl<'a> ConsistentSteady<'a> {
                 residual = if most / peak <= residual { residual } else { most / peak };
             }
         }
-        if let NormalLoad::Force(f) = p.load {
+        if let NormalLoad::Force(f) = load {
             let sum: f64 = forces.iter().skip(2).step_by(3).sum();
             if f > 0.0 {
                 residual = residual.max((sum - f).abs() / f);
@@ -225,7 +231,7 @@ impl<'a> ConsistentSteady<'a> {
         let fields = Fields { stress: &stress, motion: &motion };
         let over: Vec<f64> = integral.forces.iter().enumerate().map(|(k, f)| f / s.weight[k / 3]).collect();
         let counts = newton::Effort { iterations: effort.iterations, products: effort.products };
-        let nodal = p.evaluate(&over, approach, upstream, &u, counts)?;
+        let nodal = p.evaluate(&over, vec![approach], upstream, &u, counts)?;
         let solution =
             SteadySolution { state: (0..n).map(|i| self.law().status(fields, i) as u8).collect(), residual, ..nodal };
         let field = stress.chunks_exact(3).map(|f| [f[0], f[1], f[2]]).collect();

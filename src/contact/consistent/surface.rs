@@ -1,6 +1,6 @@
 //! The shape functions of an interface, the points of quadrature of its cells, and its consistent matrix H = ∫NᵀN.
 
-use crate::grid::Interface;
+use crate::grid::ContactPatch;
 use crate::quadrature::GAUSS_3;
 
 /// The points of quadrature of a cell: the shape functions of its corners (0, 0), (1, 0), (0, 1), (1, 1) there, and
@@ -22,8 +22,8 @@ pub struct Surface {
 }
 
 impl Surface {
-    /// Surface of an interface that is a grid.
-    pub fn new(s: &Interface) -> Self {
+    /// Surface of a patch.
+    pub fn new(s: &ContactPatch) -> Self {
         let lengths = [&s.x, &s.y].map(|line| line.windows(2).map(|w| w[1] - w[0]).collect::<Vec<f64>>());
         let inverse = [inverse_of_line(&lengths[0]), inverse_of_line(&lengths[1])];
         let rule = std::array::from_fn(|k| {
@@ -145,6 +145,7 @@ fn inverse_of_line(lengths: &[f64]) -> Vec<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::Interface;
 
     /// On an uneven grid H⁻¹ takes the forces ∫Nᵀ(N f) of any nodal field f back to it.
     #[test]
@@ -152,7 +153,7 @@ mod tests {
         let x = vec![-2.0, -1.2, -0.5, 0.0, 0.3, 1.0];
         let y = vec![-1.0, 0.1, 0.7, 1.1];
         let s = Interface::new(x, y, vec![0.0; 24]).unwrap();
-        let surface = Surface::new(&s);
+        let surface = Surface::new(&s.patches[0]);
         let field: Vec<f64> = (0..72).map(|k| (1.7 * k as f64).sin()).collect();
         let mut forces = vec![0.0; 72];
         for (corners, area) in surface.cells() {
@@ -178,7 +179,7 @@ mod tests {
     #[test]
     fn neighbours_stay_off_the_border() {
         let s = Interface::paraboloid(6, 5, [1.0, 1.0], [1.0, 1.0]).unwrap();
-        let surface = Surface::new(&s);
+        let surface = Surface::new(&s.patches[0]);
         assert_eq!(surface.around([7].into_iter()), [7, 8, 13, 14]);
         assert_eq!(surface.around([0, 15].into_iter()), [0, 7, 8, 9, 10, 14, 15, 16, 20, 21, 22]);
     }

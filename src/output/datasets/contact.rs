@@ -27,7 +27,7 @@ pub fn tables(s: &Interface, r: &SteadySolution, varying: bool) -> Vec<Table> {
             "/contact/shape",
             "1",
             "Numbers of grid nodes along x and y; node (i, j) has index i + nx j.",
-            vec![s.x.len() as i64, s.y.len() as i64],
+            s.patches.iter().flat_map(|p| [p.x.len() as i64, p.y.len() as i64]).collect::<Vec<i64>>(),
         ),
         list("weight", "m²", "Area of each contact node: nodal force is pressure times area.", s.weight.clone()),
         list("gap0", "m", "Gap of the undeformed bodies at first touch.", s.gap.clone()),
@@ -45,7 +45,12 @@ pub fn tables(s: &Interface, r: &SteadySolution, varying: bool) -> Vec<Table> {
             r.moment_z,
         ),
         Table::list("/contact/centre", "m", "Centre of the pressure (x, y).", r.centre(s).to_vec()),
-        Table::scalar("/contact/approach", "m", "Rigid approach of the bodies from first touch.", r.approach),
+        Table::scalar(
+            "/contact/approach",
+            "m",
+            "Rigid approach of the bodies from first touch.",
+            r.patches[0].approach,
+        ),
         Table::scalar("/contact/residual", "1", "Residual of the contact laws, relative.", r.residual),
     ];
     if varying {

@@ -27,10 +27,11 @@ const ALONE: &str = "/reduced/alone";
 /// On rank 0: the group `/reduced` of the `model`.
 pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Table>> {
     let s = &model.interface;
+    let patch = s.single("the reduced model of a result file")?;
     let mut tables = head(job, origin.alike)?;
     tables.extend([
-        Table::list("/reduced/x", "m", "Longitudinal positions of the grid lines.", s.x.clone()),
-        Table::list("/reduced/y", "m", "Lateral positions of the grid lines.", s.y.clone()),
+        Table::list("/reduced/x", "m", "Longitudinal positions of the grid lines.", patch.x.clone()),
+        Table::list("/reduced/y", "m", "Lateral positions of the grid lines.", patch.y.clone()),
         Table::list("/reduced/gap", "m", "Gap of the undeformed bodies at each node.", s.gap.clone()),
     ]);
     for (i, name) in ["lower", "upper"].into_iter().enumerate().take(if origin.alike { 1 } else { 2 }) {

@@ -294,7 +294,7 @@ pub fn equilibrium(s: &Equilibrium, varying: bool) -> Vec<Table> {
             &format!("Contact force (x, y, z) on body 1 in steady {moves}."),
             s.force.to_vec(),
         ),
-        Table::scalar("/stability/approach", "m", &format!("Rigid approach in steady {moves}."), s.approach),
+        Table::scalar("/stability/approach", "m", &format!("Rigid approach in steady {moves}."), s.patches[0].approach),
         Table::list(
             "/stability/pressure",
             "Pa",

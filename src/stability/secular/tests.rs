@@ -1,7 +1,7 @@
 use super::*;
 use crate::body::half_space::HalfSpace;
 use crate::body::ReducedBody;
-use crate::contact::{Creepage, NormalLoad, SteadyProblem, Stencil};
+use crate::contact::{Creepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
 use crate::friction::{Exponential, FrictionLaw};
 use crate::grid::Interface;
 use crate::model::combined_compliance;
@@ -12,7 +12,7 @@ const MODES: [usize; 2] = [50, 30];
 /// Two half-spaces with modes that move the contact as a whole and tilt it; those of the upper body are tied by a
 /// damping like that of rotation, two by two.
 fn bodies(s: &Interface) -> CoupledModel {
-    let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap();
+    let steel = HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.patches[0].x, &s.patches[0].y).unwrap();
     let body = |count: usize, seed: f64| {
         let omega: Vec<f64> = (0..count).map(|k| 2.0 * PI * (300.0 + 95.0 * (k + k % 2) as f64 + seed)).collect();
         let modes = Mat::from_fn(3 * s.len(), count, |i, k| {
@@ -56,8 +56,8 @@ fn interface() -> Interface {
 
 fn contact(s: &Interface, pair: &CoupledModel, friction: FrictionLaw, lateral: f64) -> LinearContact {
     let w = combined_compliance(
-        HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap().as_ref(),
-        HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.x, &s.y).unwrap().as_ref(),
+        HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.patches[0].x, &s.patches[0].y).unwrap().as_ref(),
+        HalfSpace { young: 205e9, poisson: 0.3 }.compliance(&s.patches[0].x, &s.patches[0].y).unwrap().as_ref(),
     )
     .unwrap();
     assert_eq!(w.nrows(), pair.compliance.nrows());
@@ -65,9 +65,8 @@ fn contact(s: &Interface, pair: &CoupledModel, friction: FrictionLaw, lateral: f
         interface: s,
         compliance: w.as_ref().into(),
         friction,
-        speed: 10.0,
-        creepage: Creepage { lateral, spin: 0.3, ..Creepage::default() },
-        load: NormalLoad::Force(7e4),
+        kinematics: PatchKinematics::one(10.0, Creepage { lateral, spin: 0.3, ..Creepage::default() }),
+        loads: NormalLoad::Force(7e4).into(),
         stencil: Stencil::default(),
         tolerance: 1e-10,
         max_iterations: 200,

@@ -33,9 +33,10 @@ impl Stepper<'_> {
                     .into(),
             ));
         }
-        let way = self.settings.drive.speed * self.settings.scheme.step;
+        let patch = s.single("contact.quadrature \"consistent\"")?;
+        let way = self.settings.drive.patches[0].speed * self.settings.scheme.step;
         self.integrated = Some(Integrated {
-            surface: Surface::new(s),
+            surface: Surface::new(patch),
             rho: Augmentation { normal: rho.normal, tangential: rho.tangential / way },
             cells: None,
             memory: Memory::default(),

@@ -15,8 +15,10 @@ impl Stepper<'_> {
         if mu.is_empty() {
             return Vec::new();
         }
-        let (x, step, speed) = (&self.model.interface.x, self.settings.scheme.step, self.settings.drive.speed);
+        let step = self.settings.scheme.step;
         let of = |(&i, &(line, foot)): (&usize, &(usize, DeparturePoint))| {
+            let x = &self.model.interface.place(i).0.x;
+            let speed = self.settings.drive.patches[self.model.interface.patch_of(i)].speed;
             let came = |upstream: f64| Remembered { own: upstream, upstream, step, passage: step };
             match foot {
                 DeparturePoint::Node(at) if line + at == i => {

@@ -2,10 +2,12 @@
 
 use crate::grid::Interface;
 use crate::roughness::Surface;
+use crate::Result;
 
 /// Gaps, m, `[n]` each. They follow from the number of the step alone, so that a run that is continued finds the same.
 pub(super) struct RoughnessGap {
-    surface: Option<Surface>,
+    /// Rough surfaces, the lines of the grid along x, m, and the gap of the smooth bodies, m, `[n]`.
+    surface: Option<(Surface, Vec<f64>, Vec<f64>)>,
     /// At the beginning of the step.
     pub(super) before: Vec<f64>,
     /// At its end.
@@ -21,8 +23,9 @@ impl RoughnessGap {
     }
 
     /// The same bodies with rough surfaces.
-    pub(super) fn rough(interface: &Interface, surface: Surface) -> Self {
-        Self { surface: Some(surface), ..Self::smooth(interface) }
+    pub(super) fn rough(interface: &Interface, surface: Surface) -> Result<Self> {
+        let x = interface.single("contact.roughness")?.x.clone();
+        Ok(Self { surface: Some((surface, x, interface.gap.clone())), ..Self::smooth(interface) })
     }
 
     /// Returns whether the gap changes from step to step.
@@ -31,9 +34,9 @@ impl RoughnessGap {
     }
 
     /// Goes to the step of the length `h` (s) that begins after `step` others.
-    pub(super) fn go(&mut self, interface: &Interface, step: u64, h: f64) {
-        let Some(surface) = &self.surface else { return };
-        let at = |step: u64, gap: &mut Vec<f64>| surface.travel(step as f64 * h, &interface.x, &interface.gap, gap);
+    pub(super) fn go(&mut self, step: u64, h: f64) {
+        let Some((surface, x, smooth)) = &self.surface else { return };
+        let at = |step: u64, gap: &mut Vec<f64>| surface.travel(step as f64 * h, x, smooth, gap);
         if self.ahead == Some(step) {
             std::mem::swap(&mut self.before, &mut self.after);
         } else {

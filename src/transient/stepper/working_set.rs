@@ -117,7 +117,7 @@ impl Stepper<'_> {
     fn course_at_an_edge(&self, a: usize, near: [usize; 3], closed: [bool; 3]) -> [f64; 3] {
         let ws = &self.working;
         let (line, DeparturePoint::Between { left, travel }) = ws.feet[a] else { return [0.0; 3] };
-        let h = upstream(&self.model.interface.x, left);
+        let h = upstream(&self.model.interface.place(ws.nodes[a]).0.x, left);
         let known = self.impact == Impact::Compliant || self.massive;
         let own = line + left + 1 == ws.nodes[a] && known;
         let course = match closed {
@@ -125,7 +125,8 @@ impl Stepper<'_> {
             [true, false, false] if !own => UpwindReconstruction::Line,
             _ => UpwindReconstruction::of(h, closed, || {
                 let gap = |k: usize| self.passing.before[ws.nodes[near[k]]];
-                [1, 2].map(|k| gap(k) - self.state.approach + ws.u[3 * near[k] + 2])
+                let approach = self.approach(ws.nodes[a], self.state.approach);
+                [1, 2].map(|k| gap(k) - approach + ws.u[3 * near[k] + 2])
             }),
         };
         course.value(travel, h)
@@ -145,8 +146,10 @@ impl Stepper<'_> {
         let gap = &self.passing.after;
         let shift = solution.shift[2] - approach;
         let limit = self.rounding(shift);
+        let drive = &self.settings.drive;
+        let shifted = |i: usize| drive.factors[s.patch_of(i)] * shift;
         let mut entering: Vec<usize> = (ws.core..ws.nodes.len())
-            .filter(|&a| gap[ws.nodes[a]] + shift + free[ws.normal(a)] + response[ws.normal(a)] < limit)
+            .filter(|&a| gap[ws.nodes[a]] + shifted(ws.nodes[a]) + free[ws.normal(a)] + response[ws.normal(a)] < limit)
             .map(|a| ws.nodes[a])
             .collect();
         if !entering.is_empty() {
@@ -158,7 +161,8 @@ impl Stepper<'_> {
             // Smooth bodies take no time.
             let passed = if self.passing.is_rough() { passed.fold(0.0, f64::max) } else { 0.0 };
             let by = moved(&o.reach[0], q, &o.q) + moved(&o.reach[1], &solution.reaction, &o.reaction) + passed;
-            if then > by + (shift - o.shift).abs() {
+            let most = drive.factors.iter().fold(0.0f64, |m, n| m.max(n.abs()));
+            if then > by + most * (shift - o.shift).abs() {
                 return entering;
             }
         }
@@ -172,7 +176,7 @@ impl Stepper<'_> {
                     elastic[c] += col[3 * j + c] * r[c];
                 }
             }
-            let now = gap[i] + shift + elastic.iter().sum::<f64>() + dot(self.shapes.row(3 * i + 2), &seen);
+            let now = gap[i] + shifted(i) + elastic.iter().sum::<f64>() + dot(self.shapes.row(3 * i + 2), &seen);
             nearest = nearest.min(now);
             if now < limit {
                 entering.push(i);
@@ -224,7 +228,6 @@ impl Stepper<'_> {
     /// Makes the working set of the given core nodes.
     pub(super) fn gather(&mut self, mut core: Vec<usize>) -> Result<()> {
         let s = self.model.interface;
-        let (nx, ny) = (s.x.len(), s.y.len());
         if let Some(integrated) = &self.integrated {
             core = integrated.around(core);
         }
@@ -238,8 +241,9 @@ impl Stepper<'_> {
         let mut beside = Vec::new();
         let mut lines = Vec::with_capacity(core.len());
         for &i in &core {
-            let (ix, iy) = (i % nx, i / nx);
-            let foot = self.feet[ix]
+            let (patch, ix, iy) = s.place(i);
+            let line = patch.node(0, iy);
+            let foot = self.feet[s.patch_of(i)][ix]
                 .filter(|_| !s.on_border(i) || self.impact == Impact::Rigid && !self.massive)
                 .ok_or_else(|| {
                     let [x, y] = s.point(i);
@@ -250,12 +254,11 @@ impl Stepper<'_> {
                      \"contact\"), or lower the load"
                     ))
                 })?;
-            lines.push((nx * iy, foot));
-            beside.extend(
-                (ix.saturating_sub(1)..(ix + 2).min(nx))
-                    .flat_map(|jx| (iy.saturating_sub(1)..(iy + 2).min(ny)).map(move |jy| jx + nx * jy)),
-            );
-            for j in support(foot, nx).map(|jx| jx + nx * iy) {
+            lines.push((line, foot));
+            let near = |k: usize, n: usize| k.saturating_sub(1)..(k + 2).min(n);
+            let (columns, rows) = (near(ix, patch.x.len()), near(iy, patch.y.len()));
+            beside.extend(columns.flat_map(|jx| rows.clone().map(move |jy| patch.node(jx, jy))));
+            for j in support(foot, patch.x.len()).map(|jx| line + jx) {
                 if place[j] == usize::MAX {
                     place[j] = nodes.len();
                     nodes.push(j);
@@ -299,15 +302,16 @@ impl Stepper<'_> {
             .collect();
         let way = |&(line, foot): &(usize, DeparturePoint)| {
             let at = |jx: usize| place[line + jx];
+            let x = &s.place(line).0.x;
             match foot {
                 DeparturePoint::Node(jx) => Way::Node(at(jx)),
                 DeparturePoint::Between { left: 0, travel } => {
-                    let [after, before, _] = UpwindReconstruction::Line.value(travel, [s.x[1] - s.x[0]; 2]);
+                    let [after, before, _] = UpwindReconstruction::Line.value(travel, [x[1] - x[0]; 2]);
                     Way::First([at(1), at(0)], [after, before])
                 }
                 DeparturePoint::Between { left, travel } => {
                     let near = [at(left + 1), at(left), at(left - 1)];
-                    Way::Between(near, UpwindReconstruction::Parabola.value(travel, upstream(&s.x, left)))
+                    Way::Between(near, UpwindReconstruction::Parabola.value(travel, upstream(x, left)))
                 }
             }
         };

@@ -180,13 +180,14 @@ pub(super) fn run(
             turning: None,
             load: &[],
         };
-        let surface = roughness::surface(inputs.job, [&interface.x, &interface.y])?;
+        let patch = interface.single("analyses.transient")?;
+        let surface = roughness::surface(inputs.job, [&patch.x, &patch.y])?;
         let identity = roughness::identity(identity, surface.as_ref());
         let mut state = begun.state.unwrap_or(rest);
         (state.q, state.v) = (q, v);
         let stepper = Stepper::over(model, settings, state, Box::new(DrivenByRoot(Rc::clone(&leader))))?;
         let stepper = match surface {
-            Some(surface) => stepper.rough(surface),
+            Some(surface) => stepper.rough(surface)?,
             None => stepper,
         };
         let more = || Ok(start::tables(&leader.borrow()));

@@ -6,7 +6,7 @@ use crate::friction::FrictionLaw;
 use crate::grid::Interface;
 use crate::model::CoupledModel;
 use crate::output::{Reader, Segments};
-use crate::transient::loading::{History, Loading, Normal, Tangential};
+use crate::transient::loading::{History, Loading, Normal, PatchDrive, Tangential};
 use crate::transient::stepper::Fields;
 use crate::transient::Model;
 use crate::transient::{ContactSolver, Scheme, Settings, State};
@@ -73,12 +73,14 @@ fn datasets_hold_what_their_names_say_at_the_times_they_should() {
         friction: FrictionLaw::Constant(0.3),
         solver: ContactSolver::Newton,
         tolerance: 1e-11,
-        drive: Loading {
-            normal: Normal::Approach(approach),
-            tangential: [0.05, -0.11].map(|c| Tangential::Creep(History::constant(c))),
-            spin: History::constant(0.4),
-            speed: 1.0,
-        },
+        drive: Loading::of_patch(
+            Normal::Approach(approach),
+            PatchDrive {
+                tangential: [0.05, -0.11].map(|c| Tangential::Creep(History::constant(c))),
+                spin: History::constant(0.4),
+                speed: 1.0,
+            },
+        ),
     };
     let reaction: Vec<f64> =
         (0..75).map(|k| if k % 3 == 2 && [7, 8, 12].contains(&(k / 3)) { 1e3 } else { 0.0 }).collect();
