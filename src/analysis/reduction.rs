@@ -4,7 +4,7 @@
 use super::deferred_correction;
 use super::steps::Requirements;
 use crate::body::half_space::{is_uniform, HalfSpaceBody};
-use crate::body::hybrid::refuse_negative;
+use crate::body::positivity::refuse_negative;
 use crate::body::{Body, TraceModes};
 use crate::case::bodies::Bodies;
 use crate::case::interface::{convolution, half_space, interface_of, near};
@@ -104,9 +104,10 @@ impl Reduction {
         let (Some(few), true) = (few, is_uniform(&interface.x) && is_uniform(&interface.y)) else { return Ok(None) };
         progress.stage("compliance of the contact");
         let named: Vec<_> = bodies.unique.iter().map(|b| b.name()).zip(&few).collect();
-        refuse_negative(world, &named, &[interface.x.clone(), interface.y.clone()])?;
+        let grids = [[interface.x.clone(), interface.y.clone()]];
+        refuse_negative(world, &named, &grids)?;
         let parts = [lower, upper].map(|p| (&modes[p.body], &few[p.body]));
-        SharedModel::of_compact(world, job, interface, parts).map(Some)
+        SharedModel::of_compact(world, job, (interface, &grids), parts).map(Some)
     }
 
     /// On rank 0: the reduction to `model`.
