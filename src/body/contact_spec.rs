@@ -64,8 +64,8 @@ impl ContactPosition {
     }
 }
 
-/// Remarks on contacts that lie near each other, with loads on the `circles`. An error where two of them are one: nearer
-/// than three radii, with normals that differ by less than 0.2 rad.
+/// Remarks on contacts that lie near each other, with loads on the `circles`. An error where two of them are one:
+/// nearer than three radii, with normals that differ by less than 0.2 rad.
 pub fn near_contacts(positions: &[ContactPosition], circles: &[Patch]) -> Result<Vec<String>> {
     let mut remarks = Vec::new();
     for (d, there) in positions.iter().enumerate() {

@@ -100,8 +100,8 @@ fn contacts_at_one_place_have_equal_blocks() {
     }
 }
 
-/// Displacements under forces, (x, y, n), in frames that stand at angles about the axle, of the displacements and of the
-/// forces, rad.
+/// Displacements under forces, (x, y, n), in frames that stand at angles about the axle, of the displacements and of
+/// the forces, rad.
 fn about_axle(of: &[[f64; 3]; 3], [there, here]: [f64; 2]) -> [[f64; 3]; 3] {
     let frame = |angle: f64| {
         let (s, c) = angle.sin_cos();
@@ -199,7 +199,7 @@ fn contacts_round_the_circle_are_each_other_turned() {
     assert!(pair(&all, 0, 1)[2][0].abs() > 0.01 * pair(&all, 0, 0)[2][2], "{:?}", pair(&all, 0, 1));
 }
 
-/// What a contact does to another one is the sum over the modes, Σ ψ̂_c ψ̂_dᵀ/ω², which converges where they are apart;
+/// The compliance of a contact with another one is the sum over the modes, Σ ψ̂_c ψ̂_dᵀ/ω², which converges where they are apart;
 /// with itself it does not, the contact being local.
 #[test]
 fn modes_are_what_one_contact_does_to_the_other() {
@@ -305,4 +305,36 @@ fn tread_and_flange_of_a_wheel_do_the_same_to_each_other() {
     }
     let beyond = RunningPlace { y: 0.05, height: Some(0.026) };
     assert_eq!(given.for_loads_at(&[beyond], &[4e-3, 3e-3]).unwrap_err().exit_code(), 2);
+}
+
+/// A load a metre ahead on a rail bends it as Timoshenko's beam on an elastic foundation s: with the wavenumber k by
+/// (1 + EIk²/GAκ)/(EIk⁴ + EIsk²/GAκ + s). What moves along it is odd about the load.
+#[test]
+fn a_load_ahead_on_a_rail_bends_it_as_a_beam() {
+    let (period, patch) = (14.0, Patch { radius: 8e-3 });
+    let rail = BuiltRail::new(&R60E1, 0.0).unwrap();
+    let focus = Focus { size: 5e-3, reach: 0.01, corner: 0.02, largest: 0.02 };
+    let pads = straight::pads();
+    let forms = Forms::along(rail.section(focus).unwrap(), straight::RAIL_STEEL, period, Some(&pads), 0.0).unwrap();
+    let level = || SectionContact::level(period / (2.0 * PI));
+    let contacts = [level(), level().at_place(1.0), level().at_place(-0.6)];
+    let all = whole_of(&Constant::of_contacts(&forms, &[vec![patch; 3]], &contacts).unwrap()).swap_remove(0);
+    let beam = beam_60e1(straight::RAIL_STEEL, false, 0.0);
+    let (spring, bending, shear) =
+        (pads.pad.stiffness[0], beam.young * beam.inertia, beam.shear * beam.area * beam.sheared);
+    let wave = |n: i32, x: f64| {
+        let k = 2.0 * PI * f64::from(n) / period;
+        let moved = (1.0 + bending * k * k / shear) / (bending * k.powi(4) + bending * spring / shear * k * k + spring);
+        moved * (k * x).cos() / period * if n == 0 { 1.0 } else { 2.0 }
+    };
+    for (d, x) in [(1, 1.0), (2, -0.6)] {
+        let found = pair(&all, 0, d);
+        let wanted = (0..4000).map(|n| wave(n, x)).sum::<f64>();
+        println!("{x} m: {:e} {wanted:e}", found[2][2]);
+        assert!((found[2][2] / wanted - 1.0).abs() < 0.05, "{x} m: {:e} {wanted:e}", found[2][2]);
+        // One ahead of the other is the other behind the one.
+        assert!((found[2][0] + pair(&all, d, 0)[2][0]).abs() < 1e-6 * wanted, "{x} m");
+    }
+    let [ahead, behind] = [1, 2].map(|d| pair(&all, 0, d)[2][0]);
+    assert!(ahead * behind < 0.0, "{ahead:e} {behind:e}");
 }
