@@ -3,7 +3,7 @@
 
 use railsqueal::fem::Material;
 use railsqueal::rails::R60E1;
-use railsqueal::swept::compliance::sum;
+use railsqueal::swept::compliance::{pair_of, sum};
 use railsqueal::swept::{turned, BuiltRail, Constant, Forms, Layer, Patch, Square, Track};
 use std::f64::consts::PI;
 
@@ -26,7 +26,7 @@ fn constant(rail: &BuiltRail, last: Option<usize>) -> Square {
         constant = constant.up_to(last);
     }
     let blocks = (0..constant.blocks.len()).map(|k| constant.block(k, &mut Vec::new()).expect("statics"));
-    sum(blocks.chain([constant.singles()]))[0]
+    pair_of(sum(blocks.chain([constant.singles()]))[0].as_ref(), [0, 0])
 }
 
 /// The rail touched where its surface has the angle `angle`, rad, on the right of the crown if positive.

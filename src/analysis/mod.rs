@@ -110,6 +110,7 @@ fn capable(job: &Job) -> Result<()> {
             Capability::Fields => "meshes",
             Capability::Surface => "surfaces that radiate sound",
             Capability::FullSystem => "matrices",
+            Capability::SeveralContacts => "several contacts",
         };
         let (of_transient, of_cycles) = (&job.analyses.transient, &job.analyses.sweep);
         let sounding = match key {

@@ -3,8 +3,9 @@
 
 use super::deferred_correction;
 use super::steps::Requirements;
-use crate::body::half_space::{is_uniform, HalfSpaceBody};
-use crate::body::hybrid::refuse_negative;
+use crate::body::half_space::{is_uniform, HalfSpaceBody, HalfSpaceContact};
+use crate::body::hybrid::Lines;
+use crate::body::positivity::refuse_negative;
 use crate::body::{Body, TraceModes};
 use crate::case::bodies::Bodies;
 use crate::case::interface::{convolution, half_space, interface_of, near};
@@ -60,9 +61,13 @@ impl Reduction {
                 }));
             }
         } else {
+            let patches = interface.as_ref().map_or(&[][..], |s| &s.patches);
+            // Of contacts on other planes it is not known what they do to each other.
+            let place = if patches.len() > 1 { None } else { Some([0.0; 2]) };
+            let contacts: Vec<HalfSpaceContact> =
+                patches.iter().map(|p| HalfSpaceContact { lines: [&p.x, &p.y], place }).collect();
             for p in &bodies.places {
-                let grid = interface.as_ref().and_then(Interface::only).map(|p| [&p.x[..], &p.y[..]]);
-                let body = HalfSpaceBody::new(world, p.name, half_space(p)?, grid);
+                let body = HalfSpaceBody::with_contacts(world, p.name, half_space(p)?, &contacts);
                 parts.extend(body.compliance(&mut |_, _| {})?.map(ContactTrace::statics));
             }
         }
@@ -101,13 +106,14 @@ impl Reduction {
         }
         let few = bodies.unique.iter().map(|b| b.compact()).collect::<Result<Option<Vec<_>>>>()?;
         let interface = shared(world, world.on_root(|| interface_of(contact, bodies))?.as_ref())?;
-        let uniform = interface.only().filter(|p| is_uniform(&p.x) && is_uniform(&p.y)).cloned();
-        let (Some(few), Some(patch)) = (few, uniform) else { return Ok(None) };
+        let uniform = interface.patches.iter().all(|p| is_uniform(&p.x) && is_uniform(&p.y));
+        let (Some(few), true) = (few, uniform) else { return Ok(None) };
+        let grids: Vec<Lines> = interface.patches.iter().map(|p| [p.x.clone(), p.y.clone()]).collect();
         progress.stage("compliance of the contact");
         let named: Vec<_> = bodies.unique.iter().map(|b| b.name()).zip(&few).collect();
-        refuse_negative(world, &named, &[patch.x, patch.y])?;
+        refuse_negative(world, &named, &grids)?;
         let parts = [lower, upper].map(|p| (&modes[p.body], &few[p.body]));
-        SharedModel::of_compact(world, job, interface, parts).map(Some)
+        SharedModel::of_compact(world, job, (interface, &grids), parts).map(Some)
     }
 
     /// On rank 0: the reduction to `model`.
@@ -143,7 +149,7 @@ fn looked_through(mut model: ReducedModel) -> ReducedModel {
 /// has.
 fn residual_is_positive(bodies: &Bodies, model: &ReducedModel) -> Result<()> {
     let averaged = |p: &crate::case::bodies::Place| {
-        p.grid.as_ref().is_some_and(|g| matches!(g.transfer, Some(Transfer::Averages { .. })))
+        p.grid().is_some_and(|g| matches!(g.transfer, Some(Transfer::Averages { .. })))
     };
     if !bodies.places.iter().any(averaged) || model.pair.residual.llt(faer::Side::Lower).is_ok() {
         return Ok(());

@@ -1,39 +1,56 @@
 //! The contact rows of a body of finite elements: at nodes of its mesh, as means about the nodes of a grid, or from
-//! nine means over a disc.
+//! nine means over a disc at each contact. Rows are stacked over the contacts.
 
-use super::hybrid::expansion;
+use super::contact_spec::ContactPosition;
+use super::hybrid::{expansions, Lines};
 use super::statics::Statics;
 use super::trace::{axis, Trace};
 use crate::grid::{ContactGrid, DiscAverage, Transfer, Weights};
 use crate::parallel::World;
-use crate::swept::{Patch, Square, LOADS};
-use crate::Result;
+use crate::swept::{Patch, LOADS};
+use crate::{Error, Result};
 use faer::Mat;
 
-/// The means ⟨ω π_m, u_c⟩ over discs as rows 3m + c, π = (1, x, y), c = (x, y, n into the body), and the grid whose
-/// rows follow from the first ones.
-#[derive(Debug, Clone)]
-pub struct AveragedTrace {
-    /// Lines of the grid along x and y, m.
-    pub grid: [Vec<f64>; 2],
-    /// The discs and their means; a wider one second, where there is room for it.
-    pub discs: Vec<(Patch, Trace)>,
+/// Contact of a body of finite elements, on rank 0.
+#[derive(Debug, Clone, Copy)]
+pub struct MeshContact<'g> {
+    /// Grid, and how the mesh meets it.
+    pub grid: &'g ContactGrid,
+    /// Angle about the axle, along y, from the z axis of the mesh to the normal of the contact, towards x, rad.
+    pub along: f64,
 }
 
-/// Rows 3i + c, each the weighted sum of the component c of nodes in a frame that is turned against that of the
-/// degrees of freedom by `tilt`, rad.
-fn weighted(of_nodes: &[Weights], tilt: f64, first: &dyn Fn(u32) -> Result<u64>) -> Result<Vec<Vec<(u64, f64)>>> {
-    let (sin, cos) = tilt.sin_cos();
-    // x, y and z of the frame, in components of the degrees of freedom.
-    let seen: [&[(u64, f64)]; 3] = match tilt == 0.0 {
-        true => [&[(0, 1.0)], &[(1, 1.0)], &[(2, 1.0)]],
-        false => [&[(0, 1.0)], &[(1, cos), (2, sin)], &[(1, -sin), (2, cos)]],
-    };
+/// The means ⟨ω π_m, u_c⟩ over discs as rows 9k + 3m + c of the contact k, π = (1, x, y), c = (x, y, n into the body),
+/// and the grids whose rows follow from the first ones.
+#[derive(Debug, Clone)]
+pub struct AveragedTrace {
+    /// Lines of the grid of each contact along x and y, m.
+    pub grids: Vec<Lines>,
+    /// Sets of discs, one at each contact, and their means; wider ones second, where there is room for them.
+    pub discs: Vec<(Vec<Patch>, Trace)>,
+    /// Positions of the contacts.
+    pub positions: Vec<ContactPosition>,
+}
+
+/// Axes (x, y, z) of the frame of a contact, in components of the degrees of freedom: at the angle `along` about y, and
+/// turned by `tilt` about x, rad.
+fn axes(along: f64, tilt: f64) -> [[f64; 3]; 3] {
+    let ((s, c), (sin, cos)) = (along.sin_cos(), tilt.sin_cos());
+    [[c, 0.0, -s], [sin * s, cos, sin * c], [cos * s, -sin, cos * c]]
+}
+
+/// Rows 3i + c, each the weighted sum of the component c of nodes in the frame of the `axes`.
+fn weighted(
+    of_nodes: &[Weights],
+    axes: &[[f64; 3]; 3],
+    first: &dyn Fn(u32) -> Result<u64>,
+) -> Result<Vec<Vec<(u64, f64)>>> {
     let mut rows = Vec::with_capacity(3 * of_nodes.len());
     for weights in of_nodes {
         let dofs = weights.iter().map(|&(node, w)| Ok((first(node)?, w))).collect::<Result<Vec<_>>>()?;
         let row = |c: usize| {
-            let terms = |&(d, w): &(u64, f64)| seen[c].iter().map(move |&(k, part)| (d + k, axis(c) * part * w));
+            let parts = || (0..3u64).zip(axes[c]).filter(|(_, part)| *part != 0.0);
+            let terms = |&(d, w): &(u64, f64)| parts().map(move |(k, part)| (d + k, axis(c) * part * w));
             dofs.iter().flat_map(terms).collect()
         };
         rows.extend([0, 1, 2].map(row));
@@ -41,78 +58,121 @@ fn weighted(of_nodes: &[Weights], tilt: f64, first: &dyn Fn(u32) -> Result<u64>)
     Ok(rows)
 }
 
-/// Collective: the contact rows on the `grid` that rank 0 has, none without one, and the means that they are made of.
-/// `ranges` are the first degrees of freedom of the ranks, `first` is on rank 0 the first degree of freedom of a
-/// node.
+/// Nodes of a mesh as the trace asks for them, on rank 0.
+pub(super) struct NodeAccess<'a> {
+    /// First degree of freedom of a node.
+    pub first: &'a dyn Fn(u32) -> Result<u64>,
+    /// Position of a node, m.
+    pub place: &'a dyn Fn(u32) -> [f64; 3],
+}
+
+/// Collective: the contact rows of the `contacts` that rank 0 has, none without one, and the means that they are made
+/// of. `ranges` are the first degrees of freedom of the ranks.
 pub(super) fn trace(
     world: &World,
     ranges: &[u64],
-    grid: Option<&ContactGrid>,
-    first: &dyn Fn(u32) -> Result<u64>,
+    contacts: &[MeshContact],
+    nodes: &NodeAccess,
 ) -> Result<(Trace, Option<AveragedTrace>)> {
-    let transfer = grid.and_then(|g| g.transfer.as_ref());
-    let (means, tilt): (&[DiscAverage], f64) = match transfer {
-        Some(Transfer::DiscAverage { discs, tilt }) => (discs, *tilt),
-        _ => (&[], 0.0),
+    let discs_of = |contact: &MeshContact| -> usize {
+        match &contact.grid.transfer {
+            Some(Transfer::DiscAverage { discs, .. }) => discs.len(),
+            _ => 0,
+        }
     };
-    let radii = world.broadcast(means.iter().map(|m| m.radius).collect::<Vec<_>>());
-    if radii.is_empty() {
-        let rows = world.on_root(|| match transfer {
-            Some(Transfer::Nodes(nodes)) => {
-                let alone: Vec<Weights> = nodes.iter().map(|&node| vec![(node, 1.0)]).collect();
-                weighted(&alone, 0.0, first)
+    let sets: Vec<u64> = world.broadcast(contacts.iter().map(|c| discs_of(c) as u64).collect());
+    let count = sets.iter().copied().min().unwrap_or(0) as usize;
+    if sets.iter().any(|&n| (n == 0) != (count == 0)) {
+        return Err(Error::Job(
+            "found contacts of one body by means over discs and by nodes of the mesh, expected one of both for all: \
+             take contact.compliance \"hybrid\" or \"fe\" for every contact of the body"
+                .into(),
+        ));
+    }
+    if count == 0 {
+        let rows = world.on_root(|| {
+            let mut rows = Vec::new();
+            for contact in contacts {
+                let axes = |tilt: f64| axes(contact.along, tilt);
+                rows.extend(match &contact.grid.transfer {
+                    Some(Transfer::Nodes(nodes_of)) => {
+                        let alone: Vec<Weights> = nodes_of.iter().map(|&node| vec![(node, 1.0)]).collect();
+                        weighted(&alone, &axes(0.0), nodes.first)?
+                    }
+                    Some(Transfer::Averages { rows, tilt }) => weighted(rows, &axes(*tilt), nodes.first)?,
+                    _ => Vec::new(),
+                });
             }
-            Some(Transfer::Averages { rows, tilt }) => weighted(rows, *tilt, first),
-            _ => Ok(Vec::new()),
+            Ok(rows)
         })?;
         return Ok((Trace::new(world, ranges, rows.as_deref())?, None));
     }
-    let lines = |of: fn(&ContactGrid) -> &Vec<f64>| world.broadcast(grid.map_or(Vec::new(), |g| of(g).clone()));
-    let grid = [lines(|g| &g.x), lines(|g| &g.y)];
-    let mut discs = Vec::new();
-    for (k, radius) in radii.into_iter().enumerate() {
-        let rows = world.on_root(|| means.get(k).map_or(Ok(Vec::new()), |m| weighted(&m.weights, tilt, first)))?;
-        discs.push((Patch { radius }, Trace::new(world, ranges, rows.as_deref())?));
+    let discs: Vec<(&[DiscAverage], [[f64; 3]; 3])> = contacts
+        .iter()
+        .filter_map(|contact| match &contact.grid.transfer {
+            Some(Transfer::DiscAverage { discs, tilt }) => Some((&discs[..], axes(contact.along, *tilt))),
+            _ => None,
+        })
+        .collect();
+    let lines = |k: usize, of: fn(&ContactGrid) -> &Vec<f64>| {
+        world.broadcast(contacts.get(k).map_or(Vec::new(), |contact| of(contact.grid).clone()))
+    };
+    let grids: Vec<Lines> = (0..sets.len()).map(|k| [lines(k, |g| &g.x), lines(k, |g| &g.y)]).collect();
+    let mut all = Vec::new();
+    for set in 0..count {
+        let radii = world.broadcast(discs.iter().map(|(discs, _)| discs[set].radius).collect::<Vec<f64>>());
+        let rows = world.on_root(|| {
+            let of = |(discs, axes): &(&[DiscAverage], [[f64; 3]; 3])| weighted(&discs[set].weights, axes, nodes.first);
+            Ok(discs.iter().map(of).collect::<Result<Vec<_>>>()?.concat())
+        })?;
+        let patches: Vec<Patch> = radii.into_iter().map(|radius| Patch { radius }).collect();
+        all.push((patches, Trace::new(world, ranges, rows.as_deref())?));
     }
-    let moments = discs[0].0.moments();
-    let pi = expansion(&grid);
-    let factors = Mat::from_fn(pi.nrows(), LOADS, |i, k| pi[(i, k)] / moments[k]);
-    Ok((discs[0].1.clone().times(factors), Some(AveragedTrace { grid, discs })))
+    let position = |(discs, [_, _, normal]): &(&[DiscAverage], [[f64; 3]; 3])| {
+        let weights = &discs[0].weights[0];
+        let sum = |c: usize| weights.iter().map(|&(node, w)| w * (nodes.place)(node)[c]).sum::<f64>();
+        [[0, 1, 2].map(sum), *normal].concat()
+    };
+    let numbers = world.broadcast(discs.iter().flat_map(position).collect::<Vec<f64>>());
+    let three = |of: &[f64]| [of[0], of[1], of[2]];
+    let positions =
+        numbers.chunks_exact(6).map(|v| ContactPosition { point: three(&v[..3]), normal: three(&v[3..]) }).collect();
+    let pi = expansions(&grids);
+    let moments: Vec<f64> = all[0].0.iter().flat_map(Patch::moments).collect();
+    let factors = Mat::from_fn(pi.nrows(), pi.ncols(), |i, k| pi[(i, k)] / moments[k]);
+    Ok((all[0].1.clone().times(factors), Some(AveragedTrace { grids, discs: all, positions })))
 }
 
 impl AveragedTrace {
-    /// Collective: Γ⁻¹BΓ⁻¹ of each disc, B the means under unit loads of them, m/N and so on; `owned` degrees of
-    /// freedom are this rank's.
-    pub fn yielding(&self, world: &World, statics: &mut Statics, owned: usize) -> Result<Vec<Square>> {
+    /// Collective: Γ⁻¹BΓ⁻¹ of each set of discs, B the means under unit loads of them, m/N and so on, `[9T, 9T]`;
+    /// `owned` degrees of freedom are this rank's.
+    pub fn yielding(&self, world: &World, statics: &mut Statics, owned: usize) -> Result<Vec<Mat<f64>>> {
         let mut all = Vec::new();
-        for (patch, trace) in &self.discs {
-            let mut loads = vec![0.0; LOADS * owned];
-            for k in 0..LOADS {
-                let mut unit = [0.0; LOADS];
+        for (patches, trace) in &self.discs {
+            let count = LOADS * patches.len();
+            let mut loads = vec![0.0; count * owned];
+            for k in 0..count {
+                let mut unit = vec![0.0; count];
                 unit[k] = 1.0;
                 trace.spread(world, &unit, &mut loads[k * owned..(k + 1) * owned]);
             }
-            statics.solve(&mut loads, LOADS)?;
-            let means = trace.gather(world, LOADS, |k| &loads[k * owned..(k + 1) * owned]);
-            let moments = patch.moments();
+            statics.solve(&mut loads, count)?;
+            let means = trace.gather(world, count, |k| &loads[k * owned..(k + 1) * owned]);
+            let moments: Vec<f64> = patches.iter().flat_map(Patch::moments).collect();
             let of = |m: &Mat<f64>, c: usize, d: usize| 0.5 * (m[(c, d)] + m[(d, c)]) / (moments[c] * moments[d]);
             let of = |c: usize, d: usize| means.as_ref().map_or(0.0, |m| of(m, c, d));
-            let own: Vec<f64> = (0..LOADS * LOADS).map(|k| of(k / LOADS, k % LOADS)).collect();
-            let own = world.broadcast(own);
-            all.push(std::array::from_fn(|c| std::array::from_fn(|d| own[LOADS * c + d])));
+            let own = world.broadcast((0..count * count).map(|k| of(k / count, k % count)).collect::<Vec<f64>>());
+            all.push(Mat::from_fn(count, count, |c, d| own[count * c + d]));
         }
         Ok(all)
     }
 
-    /// Collective: ψ̂ = Γ⁻¹⟨ωπ, φ⟩ of `count` modes, `mode(k)` this rank's degrees of freedom; on rank 0.
-    pub fn seen<'v>(
-        &self,
-        world: &World,
-        count: usize,
-        mode: impl Fn(usize) -> &'v [f64],
-    ) -> Option<Vec<[f64; LOADS]>> {
-        let (patch, trace) = self.discs.first()?;
-        let (moments, rows) = (patch.moments(), trace.gather(world, count, mode)?);
-        Some((0..count).map(|k| std::array::from_fn(|c| rows[(c, k)] / moments[c])).collect())
+    /// Collective: ψ̂ = Γ⁻¹⟨ωπ, φ⟩ of `count` modes, `[9T, count]` on rank 0; `mode(k)` are this rank's degrees of
+    /// freedom.
+    pub fn seen<'v>(&self, world: &World, count: usize, mode: impl Fn(usize) -> &'v [f64]) -> Option<Mat<f64>> {
+        let (patches, trace) = self.discs.first()?;
+        let moments: Vec<f64> = patches.iter().flat_map(Patch::moments).collect();
+        let rows = trace.gather(world, count, mode)?;
+        Some(Mat::from_fn(moments.len(), count, |c, k| rows[(c, k)] / moments[c]))
     }
 }

@@ -1,6 +1,7 @@
 //! A body of finite elements with the solver and the modes that belong to it.
 
 use super::collective_order::CollectiveOrderCheck;
+use super::contact_spec::near_contacts;
 use super::fe::{BodyModes, FeBody};
 use super::half_space::HalfSpace;
 use super::hybrid::Hybrid;
@@ -57,7 +58,7 @@ impl<'p> Elements<'p> {
         let order = CollectiveOrderCheck::new(&fe.name);
         let eigen = sparse::Method::default();
         let half_space = HalfSpace { young: fe.material.young, poisson: fe.material.poisson };
-        let hybrid = fe.means.as_ref().map(|m| Hybrid::new(half_space, Some([&m.grid[0][..], &m.grid[1][..]])));
+        let hybrid = fe.means.as_ref().map(|m| Hybrid::new(half_space, m.grids.clone()));
         Self {
             petsc,
             fe,
@@ -143,8 +144,11 @@ impl Body for Elements<'_> {
         let mut text = made.describe();
         if let (Some(hybrid), Some(means)) = (&mut self.hybrid, &self.fe.means) {
             let yielding = means.yielding(world, &mut made, self.fe.dofs.owned())?;
-            let circles: Vec<_> = means.discs.iter().map(|d| d.0).collect();
+            let circles: Vec<_> = means.discs.iter().map(|d| d.0.clone()).collect();
+            let near = |e: Error| e.context(format!("compliance of body \"{}\"", self.fe.name));
+            let remarks = near_contacts(&means.positions, &circles[0]).map_err(near)?;
             text += &format!("; {}", hybrid.complete(&yielding, &circles)?);
+            remarks.iter().for_each(|remark| text += &format!("; {remark}"));
         }
         *self.statics.get_mut() = Some(made);
         Ok(Some(text))

@@ -1,6 +1,6 @@
 //! A finite-element body: its share of the mesh, its matrices, and what contact asks of them.
 
-use super::averaged_trace::{self, AveragedTrace};
+use super::averaged_trace::{self, AveragedTrace, MeshContact, NodeAccess};
 use super::rigid_motions::RigidMotions;
 use super::statics::Statics;
 use super::supports::{Effect, Supported};
@@ -66,15 +66,17 @@ impl FeBody {
         material: Material,
         fixed: &[String],
     ) -> Result<Self> {
-        Self::held(world, name, mesh, grid, material, (fixed, &[]))
+        let contacts: Vec<MeshContact> = grid.map(|grid| MeshContact { grid, along: 0.0 }).into_iter().collect();
+        Self::held(world, name, mesh, &contacts, material, (fixed, &[]))
     }
 
-    /// Collective: [`FeBody::new`] with the `supports` of a job beside the clamped groups.
+    /// Collective: [`FeBody::new`] with several `contacts`, which rank 0 gives, and the `supports` of a job beside the
+    /// clamped groups.
     pub fn held(
         world: &World,
         name: &str,
         mesh: Option<&Mesh>,
-        grid: Option<&ContactGrid>,
+        contacts: &[MeshContact],
         material: Material,
         (fixed, supports): (&[String], &[Support]),
     ) -> Result<Self> {
@@ -94,7 +96,9 @@ impl FeBody {
         let node_ghosts = Exchange::new(world, &part.ranges, part.node_ids.iter().copied());
         let supported = rigid.is_empty();
         let first = |node: u32| first_at(name, node, &part, &dofs);
-        let (trace, means) = averaged_trace::trace(world, &dofs.ranges, grid, &first)?;
+        let place = |node: u32| mesh.map_or([0.0; 3], |mesh| mesh.nodes[node as usize]);
+        let nodes = NodeAccess { first: &first, place: &place };
+        let (trace, means) = averaged_trace::trace(world, &dofs.ranges, contacts, &nodes).map_err(named)?;
         world.agree(contact_is_free(name, &trace, &effect))?;
         let name = name.into();
         Ok(Self { name, part, dofs, material, operators, trace, means, effect, rigid, supported, ghosts, node_ghosts })

@@ -6,7 +6,7 @@
 //! a tangential force Q along x gives u_x = Q/(2πG)·((1−ν)/r + ν X²/r³), u_y = Q ν X Y/(2πG r³), u_n = Q(1−2ν) X/(4πG
 //! r²).
 
-use super::hybrid::Compact;
+use super::hybrid::{self, Compact, Lines};
 use super::modes::Extent;
 use super::{Body, Kind, ProgressFn, TraceModes};
 use crate::parallel::World;
@@ -150,15 +150,85 @@ pub struct HalfSpaceBody<'w> {
     world: &'w World,
     name: String,
     material: HalfSpace,
-    x: Vec<f64>,
-    y: Vec<f64>,
+    grids: Vec<Lines>,
+    /// Place of the origin of each grid on the surface, m; none of one that lies on another surface.
+    places: Vec<Option<[f64; 2]>>,
+}
+
+/// Contact of a half-space, on rank 0.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct HalfSpaceContact<'a> {
+    /// Lines of the grid along x and y, m.
+    pub lines: [&'a [f64]; 2],
+    /// Place of its origin on the plane of the surface, in its own directions x and y, m; none of a contact on another
+    /// plane: nothing is known of what it does to the other ones, and it is left out.
+    pub place: Option<[f64; 2]>,
 }
 
 impl<'w> HalfSpaceBody<'w> {
     /// The half-space `name` of a material; rank 0 gives the lines of the grid, m, `[nx]` and `[ny]`.
     pub fn new(world: &'w World, name: &str, material: HalfSpace, grid: Option<[&[f64]; 2]>) -> Self {
-        let [x, y] = [0, 1].map(|c| world.broadcast(grid.map_or(Vec::new(), |lines| lines[c].to_vec())));
-        Self { world, name: name.into(), material, x, y }
+        let contact = grid.map(|lines| HalfSpaceContact { lines, place: Some([0.0; 2]) });
+        Self::with_contacts(world, name, material, contact.as_slice())
+    }
+
+    /// The same with several contacts, which rank 0 gives.
+    pub fn with_contacts(world: &'w World, name: &str, material: HalfSpace, contacts: &[HalfSpaceContact]) -> Self {
+        let count = world.broadcast(vec![contacts.len() as u64]).first().map_or(0, |&n| n as usize);
+        let line = |k: usize, c: usize| world.broadcast(contacts.get(k).map_or(Vec::new(), |of| of.lines[c].to_vec()));
+        let grids = (0..count).map(|k| [line(k, 0), line(k, 1)]).collect();
+        let place = |k: usize| {
+            let numbers = contacts.get(k).and_then(|of| of.place).map_or(Vec::new(), |place| place.to_vec());
+            <[f64; 2]>::try_from(world.broadcast(numbers)).ok()
+        };
+        Self { world, name: name.into(), material, grids, places: (0..count).map(place).collect() }
+    }
+
+    /// Compliance of all contact rows, m/N, `[3n, 3n]`: between two contacts on one plane the influence of the forces
+    /// on the nodes of one, each spread over its rectangle, on those of the other; of contacts on other planes none.
+    fn matrix(&self) -> Result<Mat<f64>> {
+        self.material.of_contacts(&self.grids, &self.places)
+    }
+}
+
+impl HalfSpace {
+    fn of_contacts(&self, grids: &[Lines], places: &[Option<[f64; 2]>]) -> Result<Mat<f64>> {
+        let mut all = hybrid::half_spaces(self, grids)?;
+        let first: Vec<usize> = (0..grids.len()).map(|c| grids[..c].iter().map(hybrid::rows).sum()).collect();
+        for d in 0..grids.len() {
+            for c in 0..d {
+                let (Some(here), Some(there)) = (places[c], places[d]) else { continue };
+                let apart = [0, 1].map(|k| there[k] - here[k]);
+                let between = self.between([&grids[c], &grids[d]], apart)?;
+                for (j, column) in between.col_iter().enumerate() {
+                    for (i, v) in column.iter().enumerate() {
+                        all[(first[c] + i, first[d] + j)] = *v;
+                        all[(first[d] + j, first[c] + i)] = *v;
+                    }
+                }
+            }
+        }
+        Ok(all)
+    }
+
+    /// Displacements on one grid under forces on another, whose origin lies `apart` from that of the first, m/N: the
+    /// mean of what forces on either do to the other, so that it is reciprocal on grids of different spacings.
+    fn between(&self, [one, other]: [&Lines; 2], apart: [f64; 2]) -> Result<Mat<f64>> {
+        let sides = |grid: &Lines| Ok::<_, Error>([dual_sides(&grid[0])?, dual_sides(&grid[1])?]);
+        let (own, theirs) = (sides(one)?, sides(other)?);
+        let mut all = Mat::zeros(hybrid::rows(one), hybrid::rows(other));
+        let (nx, mx) = (one[0].len(), other[0].len());
+        for i in 0..nx * one[1].len() {
+            for j in 0..mx * other[1].len() {
+                let at = [one[0][i % nx] - other[0][j % mx] - apart[0], one[1][i / nx] - other[1][j / mx] - apart[1]];
+                let ahead = self.influence(at, [theirs[0][j % mx], theirs[1][j / mx]]);
+                let back = self.influence(at.map(|v| -v), [own[0][i % nx], own[1][i / nx]]);
+                for a in 0..3 {
+                    (0..3).for_each(|b| all[(3 * i + a, 3 * j + b)] = 0.5 * (ahead[a][b] + back[b][a]));
+                }
+            }
+        }
+        Ok(all)
     }
 }
 
@@ -172,15 +242,31 @@ impl Body for HalfSpaceBody<'_> {
     }
 
     fn rows(&self) -> usize {
-        3 * self.x.len() * self.y.len()
+        self.grids.iter().map(hybrid::rows).sum()
     }
 
     fn compliance(&self, _: &mut ProgressFn) -> Result<Option<Mat<f64>>> {
-        self.world.on_root(|| self.material.compliance(&self.x, &self.y))
+        self.world.on_root(|| self.matrix())
     }
 
     fn compact(&self) -> Result<Option<Compact>> {
-        Ok(Some(Compact { half_space: self.material, beside: [[0.0; LOADS]; LOADS], seen: Vec::new() }))
+        // What one contact does to another one on the same plane is no matter of few functions.
+        let places = self.places.iter().flatten().count();
+        let order = LOADS * self.grids.len();
+        let few =
+            || Compact { half_space: self.material, beside: Mat::zeros(order, order), seen: Mat::zeros(order, 0) };
+        Ok((places < 2).then(few))
+    }
+
+    fn factorise(&mut self) -> Result<Option<String>> {
+        let unknown = self.places.iter().filter(|place| place.is_none()).count();
+        Ok((unknown > 0 && self.places.len() > 1).then(|| {
+            format!(
+                "half-space with {} contacts, {unknown} of them on another plane: what they do to the other ones is \
+                 left out",
+                self.places.len()
+            )
+        }))
     }
 
     /// None: it has no inertia that would reflect waves.
@@ -191,7 +277,7 @@ impl Body for HalfSpaceBody<'_> {
 
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {
         let found = self.world.on_root(|| {
-            let compliance = self.material.compliance(&self.x, &self.y)?;
+            let compliance = self.matrix()?;
             let row = |i: usize| compliance.row(i).iter().zip(forces).map(|(c, f)| c * f).sum();
             Ok((0..compliance.nrows()).map(row).collect())
         })?;
@@ -350,6 +436,32 @@ mod tests {
             }
             assert!(c.llt(faer::Side::Lower).is_ok(), "not positive definite");
         }
+    }
+
+    /// Two contacts on one plane have the influence of one grid that spans both; the one on another plane has none.
+    #[test]
+    fn contacts_on_one_plane_are_parts_of_one_grid() {
+        let m = HalfSpace { young: 200.0, poisson: 0.3 };
+        let line = |first: i32, n: i32| (first..first + n).map(|i| 0.25 * f64::from(i)).collect::<Vec<f64>>();
+        let (whole, left, right, y) = (line(-2, 9), line(-2, 5), line(0, 4), line(-1, 3));
+        let grids = [[left, y.clone()], [right, y.clone()]];
+        let body = |places: [Option<[f64; 2]>; 2]| m.of_contacts(&grids, &places).unwrap();
+        let all = m.compliance(&whole, &y).unwrap();
+        let found = body([Some([0.1, 0.3]), Some([0.1 + 0.75, 0.3])]);
+        assert_eq!(found.nrows(), all.nrows());
+        // Nodes of the left grid, then those of the right one, among those of the whole.
+        let place = |k: usize| match k < 15 {
+            true => k % 5 + 9 * (k / 5),
+            false => 5 + (k - 15) % 4 + 9 * ((k - 15) / 4),
+        };
+        for i in 0..found.nrows() {
+            for j in 0..found.nrows() {
+                let wanted = all[(3 * place(i / 3) + i % 3, 3 * place(j / 3) + j % 3)];
+                assert!((found[(i, j)] - wanted).abs() < 1e-15, "{i} {j}: {} {wanted}", found[(i, j)]);
+            }
+        }
+        let apart = body([Some([0.0; 2]), None]);
+        assert!((0..45).all(|i| (45..81).all(|j| apart[(i, j)] == 0.0 && apart[(j, i)] == 0.0)));
     }
 
     #[test]

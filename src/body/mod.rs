@@ -4,6 +4,7 @@ pub mod align;
 pub mod averaged_trace;
 pub mod clusters;
 pub mod collective_order;
+pub mod contact_spec;
 pub mod convolution;
 pub mod elements;
 pub mod fe;
@@ -21,6 +22,7 @@ pub mod mode_cache;
 pub mod mode_label;
 pub mod modes;
 pub mod nearest;
+pub mod positivity;
 pub mod rail;
 pub mod residual_flexibility;
 pub mod rigid;
@@ -31,6 +33,7 @@ pub mod supports;
 pub mod swept;
 pub mod trace;
 
+pub use contact_spec::ContactSpec;
 pub use convolution::Convolution;
 pub use modal::ModalMatrix;
 pub use mode_label::ModeLabel;
@@ -151,6 +154,8 @@ pub enum Capability {
     Surface,
     /// The matrices of all degrees of freedom.
     FullSystem,
+    /// Several contacts, each on a grid of its own.
+    SeveralContacts,
 }
 
 impl Kind {
@@ -158,18 +163,20 @@ impl Kind {
     pub fn can(self, what: Capability) -> bool {
         match self {
             Kind::Elements => true,
-            Kind::Swept | Kind::Rail => matches!(what, Capability::Modes | Capability::Grid | Capability::Surface),
+            Kind::Swept | Kind::Rail => !matches!(what, Capability::Fields | Capability::FullSystem),
             Kind::Matrices => matches!(what, Capability::Modes | Capability::FullSystem),
             // A rigid body and a half-space have all their modes, none; a rigid body touches wherever the other one
             // does.
-            Kind::Rigid | Kind::HalfSpace => matches!(what, Capability::Modes | Capability::Grid),
+            Kind::Rigid | Kind::HalfSpace => {
+                matches!(what, Capability::Modes | Capability::Grid | Capability::SeveralContacts)
+            }
         }
     }
 }
 
 /// A body in contact. Every method but the plainest is collective: all ranks call it, in the same order; what is
 /// asked of the contact rows is given and returned on rank 0; an error of one rank is one of all. All is in lower
-/// form.
+/// form. Contact rows are stacked over the contacts of the body, in their order.
 pub trait Body {
     /// Name in messages and results.
     fn name(&self) -> &str;
@@ -177,7 +184,7 @@ pub trait Body {
     /// Returns the kind of the body.
     fn kind(&self) -> Kind;
 
-    /// Number of contact rows, 3n, on every rank.
+    /// Number of contact rows of all contacts, 3n, on every rank.
     fn rows(&self) -> usize;
 
     /// Collective: gets ready for what follows, and says what was made, for the summary, where that takes a

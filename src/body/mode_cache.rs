@@ -3,7 +3,7 @@
 
 use super::{rail, swept};
 use crate::parallel::World;
-use crate::swept::LOADS;
+use faer::Mat;
 use std::rc::Rc;
 
 /// Modes of a body, and of what they are.
@@ -15,20 +15,20 @@ pub enum CachedModes {
     Swept(Rc<swept::ModeSpectrum>),
 }
 
-/// Collective: what the contact sees of the modes of each of as many orders as there are `counts` of modes; `of`
-/// tells it of one of them, which one rank does.
-pub(super) fn by_ranks(
-    world: &World,
-    counts: &[usize],
-    of: impl Fn(usize) -> Vec<[f64; LOADS]>,
-) -> Vec<Vec<[f64; LOADS]>> {
-    let mine = (world.rank..counts.len()).step_by(world.size).flat_map(of).collect::<Vec<_>>();
-    let all = world.all_gather(mine.as_flattened());
+/// Collective: what the contacts see of the modes of each of as many orders as there are `counts` of modes, by `rows`
+/// numbers each, `[rows, count]`; `of` tells it of one of them, which one rank does.
+pub(super) fn by_ranks(world: &World, counts: &[usize], rows: usize, of: impl Fn(usize) -> Mat<f64>) -> Vec<Mat<f64>> {
+    let numbers = |k: usize| {
+        let seen = of(k);
+        (0..rows * counts[k]).map(|i| seen[(i % rows, i / rows)]).collect::<Vec<f64>>()
+    };
+    let mine = (world.rank..counts.len()).step_by(world.size).flat_map(numbers).collect::<Vec<_>>();
+    let all = world.all_gather(&mine);
     let mut rest = &all[..];
-    let mut found = vec![Vec::new(); counts.len()];
+    let mut found = vec![Mat::zeros(rows, 0); counts.len()];
     for k in (0..world.size).flat_map(|rank| (rank..counts.len()).step_by(world.size)) {
-        let (own, others) = rest.split_at(LOADS * counts[k]);
-        found[k] = own.chunks_exact(LOADS).map(|row| std::array::from_fn(|c| row[c])).collect();
+        let (own, others) = rest.split_at(rows * counts[k]);
+        found[k] = Mat::from_fn(rows, counts[k], |i, j| own[i + rows * j]);
         rest = others;
     }
     found

@@ -6,15 +6,16 @@ use super::half_space::HalfSpace;
 use super::hybrid::{statics, Compact, Hybrid};
 use super::mode_cache::{by_ranks, CachedModes};
 use super::modes::Extent;
-use super::{Body, Kind, ModeLabel, ProgressFn, TraceModes};
+use super::{Body, ContactSpec, Kind, ModeLabel, ProgressFn, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order, seen};
 use crate::swept::waves::{self, Damping, Member, RailMode};
 use crate::swept::{
-    infinite, turned, DiscreteSupports, DisplayMesh, Forms, Infinite, LineLoad, PictureModes, Seen, Square,
+    family_shares, infinite, turned, DiscreteSupports, DisplayMesh, Forms, HeadPoint, Infinite, LineLoad, PictureModes,
+    Seen,
 };
-use crate::swept::{SectionContact, Track, FAMILY, LOADS};
+use crate::swept::{SectionContact, Track, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 use std::f64::consts::PI;
@@ -38,11 +39,11 @@ pub struct RailSpec<'a> {
     pub bays: Option<DiscreteSupports>,
     /// Its damping beside that of the track.
     pub damping: Damping,
-    /// Angle of the contact's frame against the upright section, from y to z, rad; none: that of the surface at the
-    /// contact point.
+    /// Angle of the frame in which it is shown against the upright section, from y to z, rad: that of its contact,
+    /// where it has one alone; none: that of the surface at the contact point.
     pub tilt: Option<f64>,
-    /// Lines of the contact grid along x and y, m, where there is a contact.
-    pub grid: Option<[&'a [f64]; 2]>,
+    /// Its contacts.
+    pub contacts: Vec<ContactSpec<'a, HeadPoint>>,
 }
 
 /// A rail.
@@ -56,14 +57,25 @@ pub struct Rail<'w> {
     bays: Option<DiscreteSupports>,
     damping: Damping,
     period: f64,
-    /// Angle of the contact's frame against that of the surface, rad.
+    /// Angle of the frame in which it is shown against that of the surface at the contact point, rad.
     tilt: f64,
+    /// Frame and place of each contact, and its grid in `contact`.
+    places: Vec<ContactPlace>,
     contact: Hybrid,
     /// Its modes on a mesh that shows them, once they are known; not those of pads that stand apart, which are waves
     /// of many orders each.
     picture: Option<PictureModes>,
     /// Modes that it has found itself, or taken from elsewhere.
     found: Option<Rc<RailSpectrum>>,
+}
+
+/// Frame and place of a contact on the running line; the angle of the frame is that against the surface at the contact
+/// point of the section, rad.
+#[derive(Debug, Clone, Copy)]
+struct ContactPlace {
+    tilt: f64,
+    place: Option<HeadPoint>,
+    along: f64,
 }
 
 /// The modes of a rail, and what they depend on.
@@ -84,14 +96,17 @@ pub struct RailSpectrum {
 impl<'w> Rail<'w> {
     /// The rail `name`, the same on every rank.
     pub fn new(world: &'w World, name: &str, making: RailSpec) -> Result<Self> {
-        let RailSpec { section, material, period, track, bays, damping, tilt, grid } = making;
+        let RailSpec { section, material, period, track, bays, damping, tilt, contacts } = making;
         let angle = section.contact().angle;
         let forms = Forms::along(section.for_modes()?, material, period, Some(&track), angle)
             .map_err(|e| e.context(format!("bodies.{name}")))?;
         let half_space = HalfSpace { young: material.young, poisson: material.poisson };
+        let grids = contacts.iter().map(|c| c.lines.map(<[f64]>::to_vec)).collect();
+        let place = |c: &ContactSpec<HeadPoint>| ContactPlace { tilt: c.tilt - angle, place: c.place, along: c.along };
         Ok(Self {
             world,
             name: name.into(),
+            places: contacts.iter().map(place).collect(),
             section,
             forms: Rc::new(forms),
             track,
@@ -99,7 +114,7 @@ impl<'w> Rail<'w> {
             damping,
             period,
             tilt: tilt.map_or(0.0, |t| t - angle),
-            contact: Hybrid::new(half_space, grid),
+            contact: Hybrid::new(half_space, grids),
             picture: None,
             found: None,
         })
@@ -118,6 +133,22 @@ impl<'w> Rail<'w> {
     /// Equivalent of the rolling radius of a body of revolution: order n has the wavenumber n over it.
     fn radius(&self) -> f64 {
         self.period / (2.0 * PI)
+    }
+
+    /// Points at which the loads of each contact act.
+    fn contacts(&self) -> Vec<SectionContact> {
+        let radius = self.radius();
+        let of = |at: &ContactPlace| {
+            let level = || SectionContact::level(radius);
+            at.place.map_or_else(level, |place| self.section.contact_at(place, radius)).at_place(at.along)
+        };
+        self.places.iter().map(of).collect()
+    }
+
+    /// Loads of an order at each contact.
+    fn loads(&self, contacts: &[SectionContact], n: usize) -> Vec<LineLoad> {
+        let circles = self.contact.circles().into_iter();
+        circles.zip(contacts).map(|(patch, contact)| LineLoad::at(&self.forms, patch, n, contact)).collect()
     }
 
     /// Modes of an order that are motions of the track alone: sleepers that are spread evenly have their three at
@@ -143,15 +174,14 @@ impl<'w> Rail<'w> {
     /// Collective: what contact and damping see of all modes up to ω = `limit`, rad/s.
     fn up_to(&self, limit: f64, steps: &mut ProgressFn) -> Result<Vec<RailMode>> {
         let (world, forms) = (self.world, &self.forms);
-        let circle = self.contact.circle();
+        let contacts = self.contacts();
         let size = |wave: &RailMode| wave.omega.len().saturating_sub(self.idle());
         let mut found = 0;
         by_orders(world.size, size, |orders| {
             let n = orders[world.rank];
             steps(found, 0);
-            let line = circle.map(|patch| (LineLoad::new(forms, patch, n, self.radius()), patch));
-            let contact = line.as_ref().map(|(line, patch)| (line, *patch));
-            let mine = of_order(forms, n, limit).map(|modes| RailMode::of(forms, modes, contact));
+            let loads = self.loads(&contacts, n);
+            let mine = of_order(forms, n, limit).map(|modes| RailMode::of(forms, modes, &loads));
             let all = RailMode::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))?;
             found += all.iter().map(size).sum::<usize>();
             Ok(all)
@@ -168,11 +198,10 @@ impl<'w> Rail<'w> {
         }
         let turned: Vec<RailMode> = found.all.iter().map(|wave| wave.turned(angle)).collect();
         let counts: Vec<usize> = turned.iter().map(|wave| wave.omega.len()).collect();
-        let circle = self.contact.circle();
-        let contact = by_ranks(self.world, &counts, |k| {
+        let contacts = self.contacts();
+        let contact = by_ranks(self.world, &counts, LOADS * contacts.len(), |k| {
             let RailMode { order, vectors, .. } = &turned[k];
-            let line = circle.map(|patch| (LineLoad::new(&self.forms, patch, *order, self.radius()), patch));
-            seen(vectors.as_ref(), line.as_ref().map(|(line, patch)| (line, *patch)))
+            seen(vectors.as_ref(), &self.loads(&contacts, *order))
         });
         let all = turned.into_iter().zip(contact).map(|(wave, contact)| RailMode { contact, ..wave }).collect();
         Some((found, all))
@@ -213,12 +242,21 @@ impl<'w> Rail<'w> {
         self.found = Some(known.unwrap_or_else(new));
     }
 
-    /// ψ̂ of a mode in the frame of the contact, 1/√kg and 1/(√kg m).
-    fn seen(&self, all: &[RailMode], (wave, index, family): Member) -> [f64; LOADS] {
-        let wave = &all[wave];
-        let seen = wave.contact[index];
-        let own = std::array::from_fn(|k| if wave.order == 0 || FAMILY[k] == family { seen[k] } else { 0.0 });
-        turned(own, self.tilt)
+    /// ψ̂ of modes in the frames of the contacts, 1/√kg and 1/(√kg m), `[9T, m]`.
+    fn seen_at(&self, all: &[RailMode], list: &[Member]) -> Mat<f64> {
+        let contacts = self.contacts();
+        let mut found = Mat::zeros(LOADS * contacts.len(), list.len());
+        for (k, &(wave, index, family)) in list.iter().enumerate() {
+            let wave = &all[wave];
+            for (c, contact) in contacts.iter().enumerate() {
+                let phase = self.forms.path.wavenumber(wave.order) * contact.along();
+                let shares = family_shares(wave.order, phase, family);
+                let own = std::array::from_fn(|a| shares[a] * wave.contact[(LOADS * c + a, index)]);
+                let seen = turned(own, self.places[c].tilt - contact.angle());
+                (0..LOADS).for_each(|a| found[(LOADS * c + a, k)] = seen[a]);
+            }
+        }
+        found
     }
 
     /// Collective: the modes of the rail on its bays, from those on even pads, and what its compliance has beside
@@ -228,25 +266,22 @@ impl<'w> Rail<'w> {
         bays: &DiscreteSupports,
         all: &[RailMode],
         list: &[Member],
-        seen: &[[f64; LOADS]],
+        seen: &Mat<f64>,
     ) -> Result<OnBays> {
         let world = self.world;
         let angle = self.section.contact().angle;
         let laid = world.on_root(|| {
             let damping = waves::damping(&self.forms, all, list, &self.damping);
             let laid = bays.lay((&self.forms, angle), all, list, &damping)?;
-            let before = Mat::from_fn(list.len(), LOADS, |i, c| seen[i][c]);
-            Ok((laid.shares.transpose() * before, laid.omega, laid.damping))
+            Ok((seen * &laid.shares, laid.omega, laid.damping))
         })?;
         let omega = world.broadcast(laid.as_ref().map_or(Vec::new(), |l| l.1.clone()));
-        let numbers =
-            laid.as_ref().map(|l| (0..l.0.nrows()).flat_map(|i| (0..LOADS).map(move |c| l.0[(i, c)])).collect());
+        let rows = seen.nrows();
+        let numbers = laid.as_ref().map(|l| (0..rows * l.0.ncols()).map(|i| l.0[(i % rows, i / rows)]).collect());
         let numbers: Vec<f64> = world.broadcast(numbers.unwrap_or_default());
-        let moved: Vec<[f64; LOADS]> = numbers.chunks_exact(LOADS).map(|row| std::array::from_fn(|c| row[c])).collect();
-        let mut beside: Square = statics(&omega, &moved);
-        let even = statics(&frequencies(all, list), seen);
-        beside.iter_mut().flatten().zip(even.iter().flatten()).for_each(|(b, e)| *b -= e);
-        self.contact.add(beside);
+        let moved = Mat::from_fn(rows, omega.len(), |c, k| numbers[c + rows * k]);
+        let even = statics(&frequencies(all, list), seen.as_ref());
+        self.contact.add(statics(&omega, moved.as_ref()) - even);
         Ok(OnBays { omega, seen: moved, damping: laid.map(|l| l.2) })
     }
 }
@@ -255,8 +290,8 @@ impl<'w> Rail<'w> {
 struct OnBays {
     /// Angular frequencies, rad/s, `[m]`.
     omega: Vec<f64>,
-    /// Their values at the contact, `[m]`, as [`Rail::seen`].
-    seen: Vec<[f64; LOADS]>,
+    /// Their values at the contacts, as [`Rail::seen_at`].
+    seen: Mat<f64>,
     /// Their damping matrix, 1/s, `[m, m]`; on rank 0.
     damping: Option<Mat<f64>>,
 }
@@ -291,11 +326,20 @@ impl Body for Rail<'_> {
     }
 
     fn factorise(&mut self) -> Result<Option<String>> {
-        let Some(circle) = self.contact.circle() else { return Ok(None) };
-        let section = self.section.for_loads(circle.radius)?;
+        let radii: Vec<f64> = self.contact.circles().iter().map(|circle| circle.radius).collect();
+        if radii.is_empty() {
+            return Ok(None);
+        }
+        let placed = self.places.iter().zip(&radii).filter_map(|(at, &radius)| Some((at.place?, radius)));
+        let (others, mut all): (Vec<HeadPoint>, Vec<f64>) = placed.unzip();
+        let own = self.places.iter().zip(&radii).filter(|(at, _)| at.place.is_none()).map(|(_, &radius)| radius);
+        all.insert(0, own.fold(f64::INFINITY, f64::min));
+        let section = self.section.for_loads_at(&others, &all)?;
         let angle = self.section.contact().angle;
         let forms = Forms::along(section, self.forms.material, self.period, Some(&self.track), angle)?;
-        let made = self.contact.make(self.world, &forms, &SectionContact::level(self.radius()), self.tilt);
+        let contacts = self.contacts();
+        let tilts: Vec<f64> = self.places.iter().zip(&contacts).map(|(at, c)| at.tilt - c.angle()).collect();
+        let made = self.contact.make(self.world, &forms, &contacts, &tilts);
         made.map_err(|e| e.context(format!("compliance of body \"{}\"", self.name)))
     }
 
@@ -320,7 +364,7 @@ impl Body for Rail<'_> {
         let mut list = members(&all);
         list.truncate(keep);
         let omega = frequencies(&all, &list);
-        let seen: Vec<[f64; LOADS]> = list.iter().map(|&m| self.seen(&all, m)).collect();
+        let seen = self.seen_at(&all, &list);
         let root = self.world.is_root();
         let reach = match extent {
             Extent::MaxFrequency(f) => 2.0 * PI * f,
@@ -366,7 +410,17 @@ impl Body for Rail<'_> {
     }
 
     fn infinite(&self, reach: f64) -> Result<Option<Infinite>> {
-        let Some(patch) = self.contact.circle() else { return Ok(None) };
+        let patch = match self.contact.circles()[..] {
+            [] => return Ok(None),
+            [patch] => patch,
+            _ => {
+                return Err(Error::Job(format!(
+                    "bodies.{}: found several contacts on a rail whose sound is asked for, expected one: waves of a \
+                     rail without ends are known under forces at one place; leave the sound of this rail out",
+                    self.name
+                )))
+            }
+        };
         // Pads and sleepers that stand apart are spread evenly.
         let track = Track { sleeper: self.bays.map_or(self.track.sleeper, |b| b.sleeper), ..self.track };
         let making = infinite::InfiniteRailSpec {

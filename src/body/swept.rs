@@ -1,6 +1,6 @@
 //! A body of revolution swept from a section: modes and statics order by order of Fourier, the orders spread over the
-//! ranks; at its contact the compliance of a half-space and, beside it, a motion of the contact that is constant or
-//! goes with x and y ("hybrid").
+//! ranks; at its contacts the compliance of a half-space and, beside it, motions of the contacts that are constant or
+//! go with x and y ("hybrid").
 
 mod damping;
 
@@ -10,12 +10,12 @@ use super::hybrid::{Compact, Hybrid};
 use super::mode_cache::{by_ranks, CachedModes};
 use super::modes::Extent;
 use super::rotation::ModalRotation;
-use super::{Body, Kind, ModeLabel, ProgressFn, TraceModes};
+use super::{Body, ContactSpec, Kind, ModeLabel, ProgressFn, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order, seen};
-use crate::swept::{turned, Attachment, EdgeSprings, Forms, Given, LineLoad, Prestress, Seen, FAMILY, LOADS};
-use crate::swept::{DisplayMesh, OrderModes, Outline, OutlineModes, PictureModes};
+use crate::swept::{family_shares, turned, Attachment, EdgeSprings, Forms, Given, LineLoad, Prestress, Seen, LOADS};
+use crate::swept::{DisplayMesh, OrderModes, Outline, OutlineModes, PictureModes, RunningPlace, SectionContact};
 use crate::{Error, Result};
 use faer::Mat;
 use std::collections::BTreeSet;
@@ -40,9 +40,10 @@ pub struct RevolvedSpec<'a> {
     pub attachments: &'a [Attachment],
     /// True if it rotates.
     pub rotates: bool,
-    /// Lines of the contact grid along x and y, m, where there is a contact.
-    pub grid: Option<[&'a [f64]; 2]>,
-    /// Angle of the frame of the contact against that of the axle, about x, rad: as [`turned`] has it.
+    /// Its contacts.
+    pub contacts: &'a [ContactSpec<'a, RunningPlace>],
+    /// Angle of the frame in which it is shown against that of the axle, about x, rad, as [`turned`] has it: that of
+    /// its contact, where it has one alone.
     pub tilt: f64,
 }
 
@@ -57,6 +58,8 @@ pub struct Swept<'w> {
     springs: Vec<EdgeSprings>,
     rotates: bool,
     tilt: f64,
+    /// Frame and place of each contact, and its grid in `contact`.
+    places: Vec<ContactPlace>,
     contact: Hybrid,
     /// Radiating outline, or why that cannot be said; with the modes, once they are known.
     outline: Result<OutlineModes>,
@@ -64,6 +67,14 @@ pub struct Swept<'w> {
     picture: Option<PictureModes>,
     /// Modes that it has found itself, or taken from elsewhere.
     found: Option<Rc<ModeSpectrum>>,
+}
+
+/// Frame and place of a contact on a section.
+#[derive(Debug, Clone, Copy)]
+struct ContactPlace {
+    tilt: f64,
+    place: Option<RunningPlace>,
+    along: f64,
 }
 
 /// The modes of a body of revolution, and what they depend on.
@@ -95,6 +106,8 @@ impl<'w> Swept<'w> {
         let clamped: Vec<usize> = groups.flatten().copied().collect();
         let bare = |outline: Outline| OutlineModes { outline, orders: Vec::new(), count: 0 };
         let outline = forms.section.outline(&clamped).map(bare).map_err(|e| e.context(format!("bodies.{name}")));
+        let grids = making.contacts.iter().map(|c| c.lines.map(<[f64]>::to_vec)).collect();
+        let place = |c: &ContactSpec<RunningPlace>| ContactPlace { tilt: c.tilt, place: c.place, along: c.along };
         Ok(Self {
             outline,
             picture: None,
@@ -107,7 +120,8 @@ impl<'w> Swept<'w> {
             springs: making.springs.to_vec(),
             rotates: making.rotates,
             tilt: making.tilt,
-            contact: Hybrid::new(half_space, making.grid),
+            places: making.contacts.iter().map(place).collect(),
+            contact: Hybrid::new(half_space, grids),
         })
     }
 
@@ -116,9 +130,37 @@ impl<'w> Swept<'w> {
         self.forms.order()
     }
 
-    /// Angle of the frame of the contact against that of the loads on the section, rad.
-    fn against_loads(&self) -> f64 {
-        self.tilt - self.making.contact().angle()
+    /// Points at which the loads of each contact act.
+    fn contacts(&self) -> Vec<SectionContact> {
+        let of = |at: &ContactPlace| {
+            let contact = at.place.map_or_else(|| self.making.contact(), |place| self.making.contact_at(place));
+            contact.at_place(at.along)
+        };
+        self.places.iter().map(of).collect()
+    }
+
+    /// Loads of an order at each contact.
+    fn loads(&self, contacts: &[SectionContact], n: usize) -> Vec<LineLoad> {
+        let circles = self.contact.circles().into_iter();
+        circles.zip(contacts).map(|(patch, contact)| LineLoad::at(&self.forms, patch, n, contact)).collect()
+    }
+
+    /// Angle of the frame of each contact against that of its loads on the section, rad.
+    fn against_loads(&self, contacts: &[SectionContact]) -> Vec<f64> {
+        self.places.iter().zip(contacts).map(|(at, contact)| at.tilt - contact.angle()).collect()
+    }
+
+    /// ψ̂ of modes in the frames of the contacts, 1/√kg and 1/(√kg m), `[9T, m]`.
+    fn seen_at(&self, contacts: &[SectionContact], list: &[Member]) -> Mat<f64> {
+        let tilts = self.against_loads(contacts);
+        let mut all = Mat::zeros(LOADS * contacts.len(), list.len());
+        for (k, mode) in list.iter().enumerate() {
+            for (c, contact) in contacts.iter().enumerate() {
+                let seen = turned(mode.seen(c, contact.along()), tilts[c]);
+                (0..LOADS).for_each(|a| all[(LOADS * c + a, k)] = seen[a]);
+            }
+        }
+        all
     }
 
     /// Mass, kg.
@@ -152,16 +194,15 @@ impl<'w> Swept<'w> {
     /// Collective: what contact and rotation see of all modes up to ω = `limit`, rad/s.
     fn up_to(&self, limit: f64, prestress: Option<&Prestress>, steps: &mut ProgressFn) -> Result<Vec<Seen>> {
         let (world, forms) = (self.world, &self.forms);
-        let (circle, place) = (self.contact.circle(), self.making.contact());
+        let contacts = self.contacts();
         let size = |seen: &Seen| seen.omega.len();
         let mut found = 0;
         by_orders(world.size, size, |orders| {
             let n = orders[world.rank];
             steps(found, 0);
-            let line = circle.map(|patch| (LineLoad::at(forms, patch, n, &place), patch));
-            let contact = line.as_ref().map(|(line, patch)| (line, *patch));
+            let loads = self.loads(&contacts, n);
             let nodes = self.outline.as_ref().map_or(&[][..], |o| &o.outline.nodes);
-            let seen = |modes| Seen::of(forms, &modes, contact, prestress).with_outline(forms, &modes, nodes);
+            let seen = |modes| Seen::of(forms, &modes, &loads, prestress).with_outline(forms, &modes, nodes);
             let mine = of_order(forms, n, limit).map(seen);
             let all = Seen::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))?;
             found += all.iter().map(Seen::count).sum::<usize>();
@@ -180,11 +221,10 @@ impl Swept<'_> {
             return None;
         }
         let counts: Vec<usize> = found.all.iter().map(|of| of.omega.len()).collect();
-        let (circle, place) = (self.contact.circle(), self.making.contact());
-        let contact = by_ranks(self.world, &counts, |k| {
+        let contacts = self.contacts();
+        let contact = by_ranks(self.world, &counts, LOADS * contacts.len(), |k| {
             let Seen { order, vectors, .. } = &found.all[k];
-            let line = circle.map(|patch| (LineLoad::at(&self.forms, patch, *order, &place), patch));
-            seen(vectors.as_ref(), line.as_ref().map(|(line, patch)| (line, *patch)))
+            seen(vectors.as_ref(), &self.loads(&contacts, *order))
         });
         let all = found.all.iter().zip(contact).map(|(of, contact)| Seen { contact, ..of.clone() }).collect();
         Some((found, all))
@@ -230,10 +270,11 @@ impl Member<'_> {
         self.of.omega[self.index]
     }
 
-    /// ψ̂, 1/√kg and 1/(√kg m): the mode at the contact, as far as its family has it.
-    fn seen(&self) -> [f64; LOADS] {
-        let seen = self.of.contact[self.index];
-        std::array::from_fn(|k| if self.of.order == 0 || FAMILY[k] == self.family { seen[k] } else { 0.0 })
+    /// ψ̂, 1/√kg and 1/(√kg m): the mode at the contact number `contact`, which lies at the angle `along`, rad, as far
+    /// as its family has it.
+    fn seen(&self, contact: usize, along: f64) -> [f64; LOADS] {
+        let shares = family_shares(self.of.order, self.of.order as f64 * along, self.family);
+        std::array::from_fn(|k| shares[k] * self.of.contact[(LOADS * contact + k, self.index)])
     }
 }
 
@@ -330,10 +371,19 @@ impl Body for Swept<'_> {
     }
 
     fn factorise(&mut self) -> Result<Option<String>> {
-        let Some(circle) = self.contact.circle() else { return Ok(None) };
-        let section = self.making.for_loads(circle.radius)?;
+        let radii: Vec<f64> = self.contact.circles().iter().map(|circle| circle.radius).collect();
+        if radii.is_empty() {
+            return Ok(None);
+        }
+        let placed = self.places.iter().zip(&radii).filter_map(|(at, &radius)| Some((at.place?, radius)));
+        let (others, mut all): (Vec<RunningPlace>, Vec<f64>) = placed.unzip();
+        let own = self.places.iter().zip(&radii).filter(|(at, _)| at.place.is_none()).map(|(_, &radius)| radius);
+        all.insert(0, own.fold(f64::INFINITY, f64::min));
+        let section = self.making.for_loads_at(&others, &all)?;
         let forms = Forms::sprung(section, self.forms.material, &self.fixed, &self.springs)?;
-        let made = self.contact.make(self.world, &forms, &self.making.contact(), self.against_loads());
+        let contacts = self.contacts();
+        let tilts = self.against_loads(&contacts);
+        let made = self.contact.make(self.world, &forms, &contacts, &tilts);
         made.map_err(|e| e.context(format!("compliance of body \"{}\"", self.name)))
     }
 
@@ -368,7 +418,7 @@ impl Body for Swept<'_> {
             list: list.iter().map(|m| (place(m), m.index, m.family)).collect(),
         });
         let omega: Vec<f64> = list.iter().map(Member::omega).collect();
-        let seen: Vec<[f64; LOADS]> = list.iter().map(|mode| turned(mode.seen(), self.against_loads())).collect();
+        let seen = self.seen_at(&self.contacts(), &list);
         let rows = self.contact.of_modes(&omega, &seen);
         let found = TraceModes {
             residual: list.iter().map(|m| m.of.residual[m.index]).collect(),
@@ -422,7 +472,7 @@ mod tests {
             }),
             stiffness: Mat::from_fn(m, m, |i, j| -((i + j) as f64)),
         };
-        let contact = (0..m).map(|k| std::array::from_fn(|c| (1 + k + c) as f64)).collect();
+        let contact = Mat::from_fn(LOADS, m, |c, k| (1 + k + c) as f64);
         let shares = (0..m).map(|k| if k % 2 == 0 { [0.1, 0.2, 0.7] } else { [0.6, 0.3, 0.1] }).collect();
         let outline = Mat::from_fn(2, m, |i, j| (10 * order + 2 * j + i) as f64);
         Seen {
@@ -464,9 +514,13 @@ mod tests {
         let list = members(&all);
         let omega: Vec<f64> = list.iter().map(Member::omega).collect();
         assert_eq!(omega, [4.0, 4.0, 5.0, 9.0, 9.0, 9.0]);
-        assert_eq!(list[0].seen(), [0.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0, 8.0, 9.0]);
-        assert_eq!(list[1].seen(), [1.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0, 0.0, 0.0]);
-        assert_eq!(list[2].seen(), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
+        assert_eq!(list[0].seen(0, 0.0), [0.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0, 8.0, 9.0]);
+        assert_eq!(list[1].seen(0, 0.0), [1.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0, 0.0, 0.0]);
+        // A quarter of the circle ahead the families of two nodal diameters are each the other way round.
+        assert!(list[0].seen(0, 0.5 * PI).iter().zip(list[0].seen(0, 0.0)).all(|(a, b)| (a + b).abs() < 1e-14));
+        let eighth = list[0].seen(0, 0.25 * PI);
+        assert!(eighth.iter().zip(list[1].seen(0, 0.0)).all(|(a, b)| (a + b).abs() < 1e-14), "{eighth:?}");
+        assert_eq!(list[2].seen(0, 0.7), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
         let named: Vec<String> = names(&all, &list).iter().map(ModeLabel::to_string).collect();
         assert_eq!(named[..3], ["(2, axial 0)", "(2, axial 0)", "(0, axial 0)"]);
         assert_eq!(named[3..].iter().filter(|n| **n == "(2, radial 0)").count(), 2, "{named:?}");

@@ -3,6 +3,7 @@
 use super::meshes::{Meshed, Meshes};
 use super::positioned_mesh::seen;
 use super::surfaces;
+use crate::body::averaged_trace::MeshContact;
 use crate::body::elements::{Elements, Method};
 use crate::body::fe::{BodyModes, FeBody};
 use crate::body::matrices::Matrices;
@@ -301,7 +302,8 @@ pub(super) fn of_elements<'p>(
     axis: Option<Axis>,
 ) -> Result<Elements<'p>> {
     let world = petsc.world();
-    let fe = FeBody::held(world, name, mesh, grid, material_of(body)?, (&body.fixed[..], &body.supports[..]))?;
+    let contacts: Vec<MeshContact> = grid.map(|grid| MeshContact { grid, along: 0.0 }).into_iter().collect();
+    let fe = FeBody::held(world, name, mesh, &contacts, material_of(body)?, (&body.fixed[..], &body.supports[..]))?;
     refuse_unborne(job, &fe)?;
     let volume = assembly::volume(world, &fe.part);
     summary.line(format!(

@@ -1,6 +1,7 @@
 //! A rail, as a job gives it.
 
 use crate::body::rail::{Rail as RailBody, RailSpec};
+use crate::body::ContactSpec;
 use crate::fem::Material;
 use crate::job::{self, Extruded, Job, MeshSource, RailFile, RailSection};
 use crate::mesh::msh::plane;
@@ -212,6 +213,7 @@ fn planned<'a>(
             .map_err(|e| e.context(format!("bodies.{name}.mesh.extruded.length")))?;
     }
     let bays = bays(&track, &laid, period);
+    let angle = section.contact().angle;
     let making = RailSpec {
         section,
         material,
@@ -220,8 +222,8 @@ fn planned<'a>(
         track: if bays.is_some() { Track { sleeper: None, ..laid } } else { laid },
         bays,
         damping: Damping { loss: track.loss_factor, ends },
+        contacts: grid.map(|lines| ContactSpec::own(lines, at.tilt.unwrap_or(angle))).into_iter().collect(),
         tilt: at.tilt,
-        grid,
     };
     Ok(Planned { making, beam, laid })
 }

@@ -3,7 +3,7 @@
 use super::bodies::{material_of, Bodies};
 use super::{absorbers, rail};
 use crate::body::swept::{RevolvedSpec, Swept};
-use crate::body::Side;
+use crate::body::{ContactSpec, Side};
 use crate::fem::Material;
 use crate::grid::ContactGrid;
 use crate::job::{self, Job, MeshSource, Section, SectionFile, WheelDimensions};
@@ -157,6 +157,7 @@ fn made<'p>(
 ) -> Result<Swept<'p>> {
     let (material, springs) = (material_of(body)?, springs(body));
     let carried = absorbers::carried(name, body, &section)?;
+    let contacts: Vec<ContactSpec<_>> = grid.map(|lines| ContactSpec::own(lines, tilt)).into_iter().collect();
     let making = RevolvedSpec {
         section,
         material,
@@ -164,7 +165,7 @@ fn made<'p>(
         springs: &springs,
         attachments: &carried.attachments,
         rotates: body.rotates(),
-        grid,
+        contacts: &contacts,
         tilt,
     };
     let swept = Swept::new(world, name, making)?;

@@ -1,9 +1,9 @@
 //! The model of a sweep on bodies that the contact sees by few numbers: every rank makes it by itself.
 
 use super::{adapt, CoupledModel, IntrinsicDamping, SharedModel};
-use crate::body::hybrid::{add_functions, expansion, Compact, Square, LOADS};
+use crate::body::hybrid::{add_functions, expansions, Compact, Lines, LOADS};
 use crate::body::{Convolution, ModalMatrix, Side, TraceModes};
-use crate::grid::{ContactPatch, Interface};
+use crate::grid::Interface;
 use crate::job::Job;
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -13,11 +13,11 @@ use std::f64::consts::PI;
 impl SharedModel {
     /// Collective: the model of the lower and the upper body of `job` on the grid of `interface`, from their modes
     /// and what their contact rows need, both in lower form and the same on every rank but for damping, which is on
-    /// rank 0. A state of rest sees the half-spaces alone.
+    /// rank 0. The rows are those of the `grids` of all contacts. A state of rest sees the half-spaces alone.
     pub fn of_compact(
         world: &World,
         job: &Job,
-        interface: Interface,
+        (interface, grids): (Interface, &[Lines]),
         parts: [(&TraceModes, &Compact); 2],
     ) -> Result<Self> {
         let own = parts.map(|(modes, _)| {
@@ -26,33 +26,43 @@ impl SharedModel {
         });
         let rotation = parts.map(|(modes, _)| modes.rotation.clone());
         let [(lower, of_lower), (upper, of_upper)] = parts;
-        let ContactPatch { x, y, .. } = interface.single("a model of few numbers")?.clone();
         let missing = || Error::Defect("a model of few numbers on a grid that is not uniform".into());
-        let convolution = |of: &Compact| Convolution::of_half_space(&of.half_space, &x, &y)?.ok_or_else(missing);
-        let convolution = Convolution::combined(&convolution(of_lower)?, &convolution(of_upper)?)?;
-        let pi = expansion(&[x.clone(), y.clone()]);
+        let order = LOADS * grids.len();
+        for (name, of) in [("lower", of_lower), ("upper", of_upper)] {
+            if of.beside.nrows() != order || of.seen.nrows() != order {
+                return Err(Error::Defect(format!(
+                    "model of few numbers: the {name} body has {} functions at its contacts, {order} expected",
+                    of.beside.nrows()
+                )));
+            }
+        }
+        let convolution =
+            |of: &Compact, [x, y]: &Lines| Convolution::of_half_space(&of.half_space, x, y)?.ok_or_else(missing);
+        let combined = |grid| Convolution::combined(&convolution(of_lower, grid)?, &convolution(of_upper, grid)?);
+        let mut convolutions = grids.iter().map(combined).collect::<Result<Vec<_>>>()?;
+        let pi = expansions(grids);
         // E π = π E, with the signs of the components of the functions.
         let sign = |k: usize| Side::Upper.sign(k);
-        let first = of_lower.seen.len();
-        let seen = Mat::from_fn(LOADS, first + of_upper.seen.len(), |k, j| match j.checked_sub(first) {
-            None => of_lower.seen[j][k],
-            Some(j) => sign(k) * of_upper.seen[j][k],
+        let first = of_lower.seen.ncols();
+        let seen = Mat::from_fn(order, first + of_upper.seen.ncols(), |k, j| match j.checked_sub(first) {
+            None => of_lower.seen[(k, j)],
+            Some(j) => sign(k) * of_upper.seen[(k, j)],
         });
-        let beside: Square = std::array::from_fn(|i| {
-            std::array::from_fn(|j| of_lower.beside[i][j] + sign(i) * sign(j) * of_upper.beside[i][j])
-        });
+        let beside =
+            Mat::from_fn(order, order, |i, j| of_lower.beside[(i, j)] + sign(i) * sign(j) * of_upper.beside[(i, j)]);
         let omega: Vec<f64> = lower.omega.iter().chain(&upper.omega).copied().collect();
-        let local = convolution.dense();
-        let with = |functions: &Square| {
+        let local = stacked(&convolutions);
+        let with = |functions: &Mat<f64>| {
             let mut matrix = local.clone();
-            add_functions(&mut matrix, &pi, functions);
+            add_functions(&mut matrix, &pi, functions.as_ref());
             matrix
         };
         let mut pair = CoupledModel {
             compliance: Mat::zeros(0, 0),
             residual: with(&beside),
             local: None,
-            convolution: Some(convolution),
+            // Of several contacts the matrix alone.
+            convolution: if convolutions.len() == 1 { convolutions.pop() } else { None },
             modes: &pi * &seen,
             stiffness: ModalMatrix::squares(&omega),
             damping: vec![0.0; omega.len()].into(),
@@ -67,9 +77,25 @@ impl SharedModel {
         // By rows where bodies rotate.
         let turned = pair.turning.is_some();
         let modal = |i: usize, j: usize| if turned { modal[(j, i)] } else { modal[(i, j)] };
-        let whole = std::array::from_fn(|i| std::array::from_fn(|j| beside[i][j] + modal(i, j)));
+        let whole = Mat::from_fn(order, order, |i, j| beside[(i, j)] + modal(i, j));
         pair.compliance = with(&whole);
         pair.local = Some(local);
         Ok(Self { interface, pair, own, rotation })
     }
+}
+
+/// The influence of each grid on itself, stacked, block diagonal, m/N, `[3n, 3n]`.
+fn stacked(convolutions: &[Convolution]) -> Mat<f64> {
+    if let [one] = convolutions {
+        return one.dense();
+    }
+    let size = convolutions.iter().map(Convolution::rows).sum();
+    let mut all = Mat::zeros(size, size);
+    let mut first = 0;
+    for convolution in convolutions {
+        let rows = convolution.rows();
+        all.as_mut().submatrix_mut(first, first, rows, rows).copy_from(convolution.dense());
+        first += rows;
+    }
+    all
 }

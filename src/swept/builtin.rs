@@ -1,5 +1,6 @@
 //! Built-in sections: structured 9-node quadrilaterals, small at the contact point and large far away.
 
+use super::refine::refined;
 use super::wheel::Wheel;
 use super::{Attachment, Drawn, Element, Path, Section, SectionCell, SectionContact, Spot};
 use crate::{Error, Result};
@@ -154,6 +155,16 @@ pub enum Given {
     },
 }
 
+/// Place of a contact on the running line of a section, in the coordinates of its dimensions or of its drawing.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RunningPlace {
+    /// y, m: of a wheel from the middle of the web to the flange, of a cylinder from its mid-plane.
+    pub y: f64,
+    /// Height above the running circle of a profile, away from the axle, m; none of a contact on the tread of a wheel
+    /// by its dimensions.
+    pub height: Option<f64>,
+}
+
 /// Distance from a section within which an attachment is taken to be on it, m.
 const BESIDE: f64 = 0.002;
 
@@ -183,6 +194,46 @@ impl Given {
                 SectionContact::on(Spot { radius, origin: [radius, 0.0], angle, share: 1.0 })
             }
         }
+    }
+
+    /// Points at which the loads of another contact act, in the frame of this section, y = 0 at its own contact.
+    pub fn contact_at(&self, place: RunningPlace) -> SectionContact {
+        let (offset, mirrored) = self.frame();
+        let beyond = if mirrored { offset - place.y } else { place.y - offset };
+        match self {
+            Given::Cylinder(c) => {
+                let radius = c.outer_radius - c.drop(beyond);
+                let slope = c.crown_radius.map_or(0.0, |k| -beyond / (k * k - beyond * beyond).max(0.0).sqrt());
+                SectionContact::on(Spot { radius, origin: [radius, beyond], angle: slope.atan(), share: 1.0 })
+            }
+            Given::Wheel(wheel) => {
+                let there = Wheel { offset: place.y, height: place.height, ..wheel.clone() };
+                there.contact().shifted(beyond)
+            }
+            Given::Drawn { drawn, mirrored, .. } => {
+                let there = Given::Drawn { drawn: Rc::clone(drawn), offset: place.y, mirrored: *mirrored };
+                there.contact().shifted(beyond)
+            }
+        }
+    }
+
+    /// The mesh for loads at the own contact and at other places, spread over circles of the radii `radii`, m, of which
+    /// the first one is that of the own contact. Errors: a place where nothing can be touched.
+    pub fn for_loads_at(&self, others: &[RunningPlace], radii: &[f64]) -> Result<Section> {
+        let section = self.for_loads(radii.first().copied().unwrap_or(f64::INFINITY))?;
+        let mut spots = Vec::new();
+        for (&place, &radius) in others.iter().zip(&radii[radii.len().min(1)..]) {
+            match self {
+                Given::Wheel(wheel) => {
+                    Wheel { offset: place.y, height: place.height, ..wheel.clone() }.refuse_untouchable()?;
+                }
+                Given::Drawn { drawn, .. } => drawn.refuse_beside(place.y)?,
+                // A contact beside the tread is found when its loads are laid.
+                Given::Cylinder(_) => (),
+            }
+            spots.extend(self.contact_at(place).spots().map(|spot| (spot.origin, radius)));
+        }
+        Ok(finer_at(section, &spots))
     }
 
     /// y of the contact in the coordinates of the section as a job gives it, m, and true if it is seen from the other
@@ -268,6 +319,21 @@ impl Given {
             Given::Drawn { drawn, offset, mirrored } => drawn.seen(*offset, *mirrored, &focus),
         }
     }
+}
+
+/// The section with the edges that loads on circles about the places `spots`, (r, y), ask for, m; a section that has no
+/// longer ones stays.
+pub(super) fn finer_at(section: Section, spots: &[([f64; 2], f64)]) -> Section {
+    if spots.is_empty() {
+        return section;
+    }
+    let any = f64::INFINITY;
+    refined(section, |[r, y]| {
+        let wanted = |&([a, b], radius): &([f64; 2], f64)| {
+            Focus { size: radius / 3.0, reach: 1.5 * radius, corner: any, largest: any }.near((r - a).hypot(y - b))
+        };
+        spots.iter().map(wanted).fold(any, f64::min)
+    })
 }
 
 /// An annular cylinder, crowned or plain.

@@ -1,15 +1,23 @@
-//! Static compliance of a swept body at its contact: that of a half-space and a few numbers.
+//! Static compliance of a swept body at its contacts: that of a half-space and a few numbers.
 //!
 //! W_ij = W_hs(x_i − x_j) + π(x_i) A π(x_j)ᵀ, π = (1, x, y): A = Γ⁻¹(B − B_hs)Γ⁻¹, with B the means of the
 //! displacements under the loads of [`super::LineLoad`], B_hs the same of a half-space, and Γ = ∫∫ω ππᵀ. Both are
 //! sums over the orders of Fourier, whose differences fall off as soon as the waves are short against the distance to
 //! the next edge: A = Σ_{n ≤ n0} B_n − B_hs(|k_x| < (n0 + ½)/R) + Σ (B_n − B_hs,n), the last sum by blocks of orders,
 //! each with the value at its centre.
+//!
+//! Between two contacts c ≠ d, C_cd,ij = π(x_i) A_cd π(x_j)ᵀ with A_cd = Γ_c⁻¹ B_cd Γ_d⁻¹, nothing of a half-space
+//! taken off. With contacts at the angles θ_c and θ_d the terms are B_cd,n times the rotation by n(θ_d − θ_c) of the
+//! two families: cosines between loads of one family, sines between those of the other ones. B_cd,n falls as e^{−ns/R}
+//! with the distance s across the section, and as the transform of ω where contacts lie behind each other. It is smooth
+//! in n but for the rotation: it is interpolated in ln n between the centres of the blocks, by cubic polynomials, and
+//! summed over every order with its own cosine and sine.
 
-use super::load::{HalfSpaceLoad, LineLoad, Patch, Square, LOADS};
+use super::load::{HalfSpaceLoad, LineLoad, Patch, Square, FAMILY, LOADS};
 use super::skyline_ldlt::Factor;
 use super::{Forms, Path, SectionContact};
 use crate::{Error, Result};
+use faer::{Mat, MatRef};
 
 /// Orders up to which each is summed by itself; along a line, waves over the height of the section, k h. What bends
 /// and twists in the large goes with k⁻⁴ there, and is much.
@@ -25,14 +33,16 @@ const SHORT: f64 = 10.0;
 /// At least so many orders.
 const FEWEST: usize = 60;
 
-/// The sum A of a body, to be made block by block of orders.
+/// The sum A of a body at its contacts, to be made block by block of orders.
 #[derive(Debug, Clone)]
 pub struct Constant<'f> {
     forms: &'f Forms,
-    /// The circles of the loads: A is made for each of them.
-    patches: Vec<Patch>,
-    /// Spots that carry the loads.
-    contact: SectionContact,
+    /// Sets of circles of the loads, one of each contact: A is made for each set.
+    patches: Vec<Vec<Patch>>,
+    /// Spots that carry the loads, of each contact.
+    contacts: Vec<SectionContact>,
+    /// Last order of each contact with itself.
+    own: Vec<usize>,
     /// Blocks of orders: centre and number of orders, odd.
     pub blocks: Vec<(usize, usize)>,
 }
@@ -57,6 +67,11 @@ fn blocks(forms: &Forms, last: usize) -> Vec<(usize, usize)> {
     all
 }
 
+/// First order of a block.
+fn first((centre, width): (usize, usize)) -> usize {
+    centre - width / 2
+}
+
 impl<'f> Constant<'f> {
     /// Compliance of `forms` with the rolling radius `radius`, m, under loads on `patches`, from as many orders as the
     /// next edge asks for.
@@ -66,28 +81,33 @@ impl<'f> Constant<'f> {
 
     /// The same of a contact, in its frame.
     pub fn at(forms: &'f Forms, patches: &[Patch], contact: &SectionContact) -> Result<Self> {
-        let section = &forms.section;
-        let largest = patches.iter().map(|p| p.radius).fold(0.0, f64::max);
-        let mut last = FEWEST;
-        for spot in contact.spots() {
-            let ends = section.tread.iter().flat_map(|e| [e[0], e[1]].map(|k| spot.along(section.nodes[k])));
-            let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
-            let room = high.min(-low);
-            if !(room >= largest) {
-                return Err(Error::Job(format!(
-                    "the running line reaches from {low:.4} m to {high:.4} m about the contact point, along the \
-                     surface, expected {largest:.4} m to either \
-                     side at least; move the contact or make the patch smaller"
-                )));
-            }
-            last = last.max((SHORT * spot.radius / room).ceil() as usize);
+        let sets: Vec<Vec<Patch>> = patches.iter().map(|&patch| vec![patch]).collect();
+        Self::of_contacts(forms, &sets, std::slice::from_ref(contact))
+    }
+
+    /// The same of several contacts, each in its frame; each set of `patches` has one circle of each contact.
+    pub fn of_contacts(forms: &'f Forms, patches: &[Vec<Patch>], contacts: &[SectionContact]) -> Result<Self> {
+        let mut own = Vec::new();
+        for (c, contact) in contacts.iter().enumerate() {
+            let largest = patches.iter().map(|set| set[c].radius).fold(0.0, f64::max);
+            own.push(last_order(forms, contact, largest)?);
         }
-        Ok(Self { forms, patches: patches.to_vec(), contact: contact.clone(), blocks: blocks(forms, last) })
+        let mut last = own.iter().copied().fold(FEWEST, usize::max);
+        for c in 0..contacts.len() {
+            for d in 0..c {
+                let radius =
+                    patches.iter().flat_map(|set| [set[c].radius, set[d].radius]).fold(f64::INFINITY, f64::min);
+                last = last.max(last_between([&contacts[c], &contacts[d]], radius));
+            }
+        }
+        let blocks = blocks(forms, last);
+        Ok(Self { forms, patches: patches.to_vec(), contacts: contacts.to_vec(), own, blocks })
     }
 
     /// The sum with the orders up to `last` in place of those by itself.
     pub fn up_to(self, last: usize) -> Self {
-        Self { blocks: blocks(self.forms, last), ..self }
+        let own = vec![last; self.own.len()];
+        Self { blocks: blocks(self.forms, last), own, ..self }
     }
 
     fn half_space(&self, patch: Patch) -> HalfSpaceLoad {
@@ -95,35 +115,57 @@ impl<'f> Constant<'f> {
         HalfSpaceLoad { patch, shear: material.shear(), poisson: material.poisson }
     }
 
-    /// −B_hs of the orders that are summed one by one, for each patch.
-    pub fn singles(&self) -> Vec<Square> {
+    /// −B_hs of the orders that are summed one by one, for each set of patches, `[9T, 9T]` with T contacts.
+    pub fn singles(&self) -> Vec<Mat<f64>> {
         let singles = self.blocks.iter().filter(|b| b.1 == 1).count();
-        let of = |&patch: &Patch| {
-            let known = self.contact.locally(|spot| self.half_space(patch).up_to((singles as f64 - 0.5) / spot.radius));
-            self.scaled(patch, |c, d| -known[c][d])
+        let of = |set: &Vec<Patch>| {
+            let mut all = Mat::zeros(LOADS * set.len(), LOADS * set.len());
+            for (c, (&patch, contact)) in set.iter().zip(&self.contacts).enumerate() {
+                let known = contact.locally(|spot| self.half_space(patch).up_to((singles as f64 - 0.5) / spot.radius));
+                put(&mut all, [c, c], &scaled([patch, patch], |a, b| -known[a][b]));
+            }
+            all
         };
         self.patches.iter().map(of).collect()
     }
 
-    /// Γ⁻¹BΓ⁻¹.
-    fn scaled(&self, patch: Patch, of: impl Fn(usize, usize) -> f64) -> Square {
-        let moments = patch.moments();
-        std::array::from_fn(|c| std::array::from_fn(|d| of(c, d) / (moments[c] * moments[d])))
-    }
-
-    /// Contribution of a block, for each patch; factorised in the `memory` of the block before, which then holds that
-    /// of this one.
-    pub fn block(&self, index: usize, memory: &mut Vec<f64>) -> Result<Vec<Square>> {
+    /// Contribution of a block, for each set of patches; factorised in the `memory` of the block before, which then
+    /// holds that of this one.
+    pub fn block(&self, index: usize, memory: &mut Vec<f64>) -> Result<Vec<Mat<f64>>> {
         let (n, width) = self.blocks[index];
         let forms = self.forms;
         let factor = forms.factor_in(std::mem::take(memory), n, 0.0)?.positive("the statics of a swept body")?;
-        let of = |&patch: &Patch| {
-            let term = order(forms, &factor, &LineLoad::at(forms, patch, n, &self.contact));
-            let same = match width {
-                1 => [[0.0; LOADS]; LOADS],
-                _ => self.contact.locally(|spot| self.half_space(patch).order(n, spot.radius)),
-            };
-            self.scaled(patch, |c, d| width as f64 * (term[c][d] - same[c][d]))
+        let of = |set: &Vec<Patch>| {
+            let lines: Vec<LineLoad> =
+                set.iter().zip(&self.contacts).map(|(&patch, c)| LineLoad::at(forms, patch, n, c)).collect();
+            let means = order(forms, &factor, &lines);
+            let mut all = Mat::zeros(means.nrows(), means.ncols());
+            for (c, contact) in self.contacts.iter().enumerate() {
+                if first((n, width)) <= self.own[c] {
+                    let same = match width {
+                        1 => [[0.0; LOADS]; LOADS],
+                        _ => contact.locally(|spot| self.half_space(set[c]).order(n, spot.radius)),
+                    };
+                    let term = pair_of(means.as_ref(), [c, c]);
+                    let together = |a: usize, b: usize| n == 0 || FAMILY[a] == FAMILY[b];
+                    let of = |a: usize, b: usize| if together(a, b) { term[a][b] } else { 0.0 };
+                    let block = scaled([set[c], set[c]], |a, b| width as f64 * (of(a, b) - same[a][b]));
+                    put(&mut all, [c, c], &block);
+                }
+                for (d, other) in self.contacts.iter().enumerate().filter(|(d, _)| *d != c) {
+                    let apart = other.along() - contact.along();
+                    let [cos, sin] = weight(&self.blocks, index, |n| forms.path.wavenumber(n) * apart);
+                    let turn = |a: usize, b: usize| match (FAMILY[a], FAMILY[b]) {
+                        _ if n == 0 => 1.0,
+                        (0, 1) => -sin,
+                        (1, 0) => sin,
+                        _ => cos,
+                    };
+                    let term = pair_of(means.as_ref(), [c, d]);
+                    put(&mut all, [c, d], &scaled([set[c], set[d]], |a, b| turn(a, b) * term[a][b]));
+                }
+            }
+            all
         };
         let all = self.patches.iter().map(of).collect();
         *memory = factor.into_memory();
@@ -131,21 +173,119 @@ impl<'f> Constant<'f> {
     }
 }
 
-/// The means of the displacements of one order under each load.
-fn order(forms: &Forms, factor: &Factor, line: &LineLoad) -> Square {
-    let moved = factor.solve_from(line.first(), line.columns(forms.order()).as_ref());
-    let means: [[f64; LOADS]; LOADS] = std::array::from_fn(|d| line.means(moved.col(d)));
-    let both = |c: usize, d: usize| if line.together(c, d) { 0.5 * (means[c][d] + means[d][c]) } else { 0.0 };
-    std::array::from_fn(|c| std::array::from_fn(|d| both(c, d)))
+/// Last order of a contact with itself, under loads on circles of up to the radius `largest`, m.
+fn last_order(forms: &Forms, contact: &SectionContact, largest: f64) -> Result<usize> {
+    let section = &forms.section;
+    let mut last = FEWEST;
+    for spot in contact.spots() {
+        let ends = section.tread.iter().flat_map(|e| [e[0], e[1]].map(|k| spot.along(section.nodes[k])));
+        let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
+        let room = high.min(-low);
+        if !(room >= largest) {
+            return Err(Error::Job(format!(
+                "the running line reaches from {low:.4} m to {high:.4} m about the contact point, along the \
+                 surface, expected {largest:.4} m to either \
+                 side at least; move the contact or make the patch smaller"
+            )));
+        }
+        last = last.max((SHORT * spot.radius / room).ceil() as usize);
+    }
+    Ok(last)
 }
 
-/// The sum of parts, for each patch.
-pub fn sum(parts: impl IntoIterator<Item = Vec<Square>>) -> Vec<Square> {
-    let mut all: Vec<Square> = Vec::new();
+/// Last order between two contacts with circles of the radius `radius`, m, and more.
+fn last_between([one, other]: [&SectionContact; 2], radius: f64) -> usize {
+    let mut last = 0;
+    for a in one.spots() {
+        for b in other.spots() {
+            let across = (a.origin[0] - b.origin[0]).hypot(a.origin[1] - b.origin[1]);
+            last = last.max((SHORT * a.radius.max(b.radius) / across.max(radius)).ceil() as usize);
+        }
+    }
+    last
+}
+
+/// Weights of the value at the centre of the block `index` in the sums over all orders n of cos φ_n and sin φ_n times a
+/// function of n, which is known at the centres of the blocks; φ_n = `phase`(n), rad.
+fn weight(blocks: &[(usize, usize)], index: usize, phase: impl Fn(usize) -> f64) -> [f64; 2] {
+    let mut sums = [0.0; 2];
+    let near = index.saturating_sub(3)..blocks.len().min(index + 4);
+    for k in near {
+        let (centre, width) = blocks[k];
+        if width == 1 && k != index {
+            continue;
+        }
+        for n in first(blocks[k])..first(blocks[k]) + width {
+            let share = match width {
+                1 => 1.0,
+                _ => cardinal(blocks, index, (k, centre), n),
+            };
+            let (sin, cos) = phase(n).sin_cos();
+            sums[0] += share * cos;
+            sums[1] += share * sin;
+        }
+    }
+    sums
+}
+
+/// Cubic polynomial in ln n that is 1 at the centre of the block `index` and 0 at the other three centres nearest to n,
+/// which lies in the block `k` with the centre `centre`; 0 where that block is none of the four.
+fn cardinal(blocks: &[(usize, usize)], index: usize, (k, centre): (usize, usize), n: usize) -> f64 {
+    let begin = if n < centre { k.saturating_sub(2) } else { k.saturating_sub(1) };
+    // Order 0 has no logarithm.
+    let begin = begin.min(blocks.len().saturating_sub(4)).max(1);
+    let four = begin..blocks.len().min(begin + 4);
+    if !four.contains(&index) {
+        return 0.0;
+    }
+    let at = |j: usize| (blocks[j].0 as f64).ln();
+    let t = (n as f64).ln();
+    four.filter(|&j| j != index).map(|j| (t - at(j)) / (at(index) - at(j))).product()
+}
+
+/// Γ⁻¹BΓ⁻¹ between loads on two circles.
+fn scaled([one, other]: [Patch; 2], of: impl Fn(usize, usize) -> f64) -> Square {
+    let (rows, columns) = (one.moments(), other.moments());
+    std::array::from_fn(|c| std::array::from_fn(|d| of(c, d) / (rows[c] * columns[d])))
+}
+
+/// The means of the displacements of one order under each load, were all of one family, `[9T, 9T]`.
+fn order(forms: &Forms, factor: &Factor, lines: &[LineLoad]) -> Mat<f64> {
+    let mut loads = Mat::zeros(forms.order(), LOADS * lines.len());
+    for (c, line) in lines.iter().enumerate() {
+        loads.as_mut().subcols_mut(LOADS * c, LOADS).copy_from(line.columns(forms.order()));
+    }
+    let first = lines.iter().map(LineLoad::first).min().unwrap_or(0);
+    let moved = factor.solve_from(first, loads.as_ref());
+    let mut means = Mat::<f64>::zeros(loads.ncols(), loads.ncols());
+    for (c, line) in lines.iter().enumerate() {
+        for column in 0..loads.ncols() {
+            let found = line.means(moved.col(column));
+            (0..LOADS).for_each(|k| means[(LOADS * c + k, column)] = found[k]);
+        }
+    }
+    Mat::from_fn(means.nrows(), means.ncols(), |i, j| 0.5 * (means[(i, j)] + means[(j, i)]))
+}
+
+/// Values between the loads of two contacts, of a matrix of those between all, `[9T, 9T]`.
+pub fn pair_of(all: MatRef<'_, f64>, [one, other]: [usize; 2]) -> Square {
+    std::array::from_fn(|a| std::array::from_fn(|b| all[(LOADS * one + a, LOADS * other + b)]))
+}
+
+/// Puts values between the loads of two contacts into a matrix of those between all, `[9T, 9T]`.
+pub fn put(all: &mut Mat<f64>, [one, other]: [usize; 2], pair: &Square) {
+    for (a, row) in pair.iter().enumerate() {
+        row.iter().enumerate().for_each(|(b, v)| all[(LOADS * one + a, LOADS * other + b)] = *v);
+    }
+}
+
+/// The sum of parts, for each set of patches.
+pub fn sum(parts: impl IntoIterator<Item = Vec<Mat<f64>>>) -> Vec<Mat<f64>> {
+    let mut all: Vec<Mat<f64>> = Vec::new();
     for part in parts {
-        all.resize(part.len(), [[0.0; LOADS]; LOADS]);
-        for (a, p) in all.iter_mut().flatten().flatten().zip(part.iter().flatten().flatten()) {
-            *a += p;
+        match all.is_empty() {
+            true => all = part,
+            false => all.iter_mut().zip(part).for_each(|(a, p)| *a += p),
         }
     }
     all

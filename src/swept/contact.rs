@@ -9,6 +9,10 @@
 //! Its mean displacement under itself is Σ s_i s_j ⟨L_i, u(L_j)⟩; that of a half-space, which the contact has beside
 //! it, is
 //! part of the terms i = j alone, with the factor s_i².
+//!
+//! A contact lies at the angle θ_c about the axle, or at x_c along a line. With θ = θ_c + θ′ the two families of an
+//! order n are those about the contact, turned by nθ_c: F_0 = cos nθ_c F_0′ − sin nθ_c F_1′, F_1 = sin nθ_c F_0′ +
+//! cos nθ_c F_1′.
 
 use super::load::{Square, LOADS};
 use super::turn::both_turned;
@@ -32,6 +36,8 @@ pub struct SectionContact {
     spots: Vec<Spot>,
     /// Angle of the frame of the loads, as that of a spot, rad.
     angle: f64,
+    /// Place along the path: angle θ about the axle, rad, or distance x along a line, m.
+    along: f64,
 }
 
 impl SectionContact {
@@ -43,12 +49,34 @@ impl SectionContact {
 
     /// Contact on one spot, in its own frame.
     pub fn on(spot: Spot) -> Self {
-        Self { spots: vec![Spot { share: 1.0, ..spot }], angle: spot.angle }
+        Self { spots: vec![Spot { share: 1.0, ..spot }], angle: spot.angle, along: 0.0 }
     }
 
     /// Contact on several spots, in the frame of a surface without slope.
     pub fn shared(spots: Vec<Spot>) -> Self {
-        Self { spots, angle: 0.0 }
+        Self { spots, angle: 0.0, along: 0.0 }
+    }
+
+    /// The same contact at another place along the path: at the angle `along` about the axle, rad, or at x = `along`
+    /// on a line, m.
+    pub fn at_place(self, along: f64) -> Self {
+        Self { along, ..self }
+    }
+
+    /// The same contact in a section whose y = 0 lies `distance`, m, farther to smaller y.
+    pub(super) fn shifted(mut self, distance: f64) -> Self {
+        self.spots.iter_mut().for_each(|spot| spot.origin[1] += distance);
+        self
+    }
+
+    /// Place along the path, rad or m.
+    pub fn along(&self) -> f64 {
+        self.along
+    }
+
+    /// Place (r, y) of the contact in the section, m: the mean over the loads.
+    pub fn origin(&self) -> [f64; 2] {
+        [0, 1].map(|c| self.spots().map(|s| s.share * s.origin[c]).sum())
     }
 
     /// The spots that carry a part of the loads.

@@ -198,9 +198,13 @@ impl Drawn {
         nearest.1
     }
 
-    /// The section with the contact at y = `offset` of the drawing, m, seen from the other side if `mirrored`, and
-    /// where the drawing is coarser than `focus`, finer. An error where nothing runs there.
-    pub(super) fn seen(&self, offset: f64, mirrored: bool, focus: &Focus) -> Result<Section> {
+    /// An error where nothing can be touched at y, m.
+    pub(super) fn refuse_beside(&self, y: f64) -> Result<()> {
+        self.touched_radius(y).map(|_| ())
+    }
+
+    /// Radius of the running line at y = `offset`, m. An error where nothing can be touched there.
+    fn touched_radius(&self, offset: f64) -> Result<f64> {
         let [first, last] = self.reach();
         let Some([radius, slope]) = self.running(offset) else {
             return Err(Error::Job(format!(
@@ -215,6 +219,13 @@ impl Drawn {
                  touched on its tread, its flange root and the face of its flange, up to 80 degrees"
             )));
         }
+        Ok(radius)
+    }
+
+    /// The section with the contact at y = `offset` of the drawing, m, seen from the other side if `mirrored`, and
+    /// where the drawing is coarser than `focus`, finer. An error where nothing runs there.
+    pub(super) fn seen(&self, offset: f64, mirrored: bool, focus: &Focus) -> Result<Section> {
+        let radius = self.touched_radius(offset)?;
         let mut section = self.section.clone();
         section.nodes.iter_mut().for_each(|x| x[1] -= offset);
         let section = if mirrored { section.mirrored() } else { section };

@@ -131,6 +131,9 @@ impl Patch {
 #[derive(Debug, Clone)]
 pub struct LineLoad {
     order: usize,
+    patch: Patch,
+    /// nθ_c, or kx_c along a line, rad.
+    phase: f64,
     /// First amplitude of a node, and for each load the weights of its U, V and W.
     nodes: Vec<(usize, [[f64; 3]; LOADS])>,
 }
@@ -155,7 +158,7 @@ impl LineLoad {
                 nodes.push((at, loads));
             }
         }
-        Self { order: n, nodes }
+        Self { order: n, patch, phase: forms.path.wavenumber(n) * contact.along(), nodes }
     }
 
     /// First amplitude that is loaded.
@@ -185,15 +188,27 @@ impl LineLoad {
         means
     }
 
-    /// Returns whether two loads move the same family.
-    pub fn together(&self, a: usize, b: usize) -> bool {
-        self.order == 0 || FAMILY[a] == FAMILY[b]
+    /// Γ of its circle, 1 or m².
+    pub fn moments(&self) -> [f64; LOADS] {
+        self.patch.moments()
+    }
+
+    /// Part of each mean of [`LineLoad::means`] in a motion of the family 0 or 1.
+    pub fn shares(&self, family: usize) -> [f64; LOADS] {
+        family_shares(self.order, self.phase, family)
     }
 }
 
+/// Part of each of the nine means at a contact in a motion of the family 0 or 1 of an order: the means are those of the
+/// families about the contact, which lies at the angle `phase` of the waves, rad.
+pub fn family_shares(order: usize, phase: f64, family: usize) -> [f64; LOADS] {
+    let (s, c) = phase.sin_cos();
+    let of = if family == 0 { [c, -s] } else { [s, c] };
+    FAMILY.map(|own| if order == 0 { 1.0 } else { of[own] })
+}
+
 /// Loads of the order `n` on the edges of the running line under a spot, in the frame of the spot: first amplitude of a
-/// node, and for each load the
-/// weights of its U, V and W.
+/// node, and for each load the weights of its U, V and W.
 fn on_spot(forms: &Forms, patch: Patch, n: usize, spot: &Spot) -> Vec<(usize, [[f64; 3]; LOADS])> {
     let section = &forms.section;
     let mut nodes = Vec::new();
@@ -212,7 +227,9 @@ fn on_spot(forms: &Forms, patch: Patch, n: usize, spot: &Spot) -> Vec<(usize, [[
         for (t, step) in points(low, high, 2) {
             let s = place(t);
             let values = [0.5 * s * (s - 1.0), 0.5 * s * (s + 1.0), 1.0 - s * s];
-            let means = patch.round(n, (spot.radius_at(t), forms.path), t).means(n);
+            // Along a line it is the same everywhere.
+            let radius = if forms.path == Path::Axle { spot.radius_at(t) } else { spot.radius };
+            let means = patch.round(n, (radius, forms.path), t).means(n);
             for (node, value) in of_edge.iter_mut().zip(values) {
                 for (k, load) in node.iter_mut().enumerate() {
                     let factor = if k < 6 { 1.0 } else { t };

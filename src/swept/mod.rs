@@ -46,7 +46,7 @@ pub use absorbing_ends::Ends;
 pub use attached::{Attachment, NearestPlace, RingLoss, Wire};
 pub use beam::Beam;
 pub use built_rail::BuiltRail;
-pub use builtin::{cylinder, Cylinder, Focus, Given};
+pub use builtin::{cylinder, Cylinder, Focus, Given, RunningPlace};
 pub use compliance::Constant;
 pub use contact::{SectionContact, Spot};
 pub use discrete_supports::{DiscreteSupports, Laid};
@@ -55,7 +55,7 @@ pub use drawn::Drawn;
 pub use forms::{Forms, Prestress};
 pub use infinite::{Infinite, FORCES};
 pub use layers::SectionLayer;
-pub use load::{HalfSpaceLoad, LineLoad, Patch, Square, FAMILY, LOADS};
+pub use load::{family_shares, HalfSpaceLoad, LineLoad, Patch, Square, FAMILY, LOADS};
 pub use measures::Measures;
 pub use modes::{Modes, Seen};
 pub use outline::{Edge, OrderModes, Outline, OutlineModes};
@@ -66,7 +66,7 @@ pub use section::{Element, Section};
 pub use shape::SectionCell;
 pub use springs::EdgeSprings;
 pub use track::{Layer, Sleeper, Track};
-pub use turn::{both_turned, turned};
+pub use turn::{both_turned, turned, turned_between};
 pub use wheel::{w920s, Wheel, WheelShape};
 
 #[cfg(test)]

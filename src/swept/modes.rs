@@ -1,7 +1,7 @@
 //! Modes of a swept body, order by order, and the proof that none is missing.
 
 use super::krylov;
-use super::{blocks, Forms, LineLoad, Patch, Prestress, RotationBlocks, LOADS};
+use super::{blocks, Forms, LineLoad, Prestress, RotationBlocks, LOADS};
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
 use std::f64::consts::PI;
@@ -37,8 +37,9 @@ pub struct Seen {
     pub residual: Vec<f64>,
     /// Shares of U, V and W, radial, along the circle and axial, in the kinetic energy, `[m]`.
     pub shares: Vec<[f64; 3]>,
-    /// ψ̂ = Γ⁻¹⟨ωπ, φ⟩ over the circle of the contact, of the family that each of the nine loads moves, `[m]`.
-    pub contact: Vec<[f64; LOADS]>,
+    /// ψ̂ = Γ⁻¹⟨ωπ, φ⟩ over the circles of the contacts, of the family about each contact that each of its nine loads
+    /// moves, `[9T, m]`.
+    pub contact: Mat<f64>,
     /// Rotation at 1 rad/s.
     pub rotation: RotationBlocks,
     /// Σ φᵀKφ of what has a loss factor of its own, layers and springs of rings, 1/s², `[m]`: their share of the strain
@@ -55,14 +56,9 @@ pub struct Seen {
 }
 
 impl Seen {
-    /// Modal data of `modes` of `forms`, with the load of their order at the contact, where there is one, and the
-    /// centrifugal prestress of a body that rotates.
-    pub fn of(
-        forms: &Forms,
-        modes: &Modes,
-        contact: Option<(&LineLoad, Patch)>,
-        prestress: Option<&Prestress>,
-    ) -> Self {
+    /// Modal data of `modes` of `forms`, with the loads of their order at the contacts, and the centrifugal prestress
+    /// of a body that rotates.
+    pub fn of(forms: &Forms, modes: &Modes, loads: &[LineLoad], prestress: Option<&Prestress>) -> Self {
         let mass = forms.mass(modes.order, modes.vectors.as_ref());
         let share = |k: usize, c: usize| -> f64 {
             (c..mass.nrows()).step_by(3).map(|i| modes.vectors[(i, k)] * mass[(i, k)]).sum()
@@ -80,7 +76,7 @@ impl Seen {
             omega: modes.omega.clone(),
             residual: modes.residual.clone(),
             shares: (0..modes.omega.len()).map(|k| std::array::from_fn(|c| share(k, c))).collect(),
-            contact: seen(modes.vectors.as_ref(), contact),
+            contact: seen(modes.vectors.as_ref(), loads),
             rotation: blocks(forms, modes, prestress),
             stored: (0..modes.omega.len()).map(|k| stored[(k, k)] + rings.stored[k]).collect(),
             lost,
@@ -116,13 +112,13 @@ impl Seen {
     /// As one list of numbers.
     pub fn to_numbers(&self) -> Vec<f64> {
         let m = self.omega.len();
-        let mut list = vec![self.order as f64, m as f64, self.outline.nrows() as f64, self.vectors.nrows() as f64];
+        let rows = [&self.contact, &self.outline, &self.vectors].map(|matrix| matrix.nrows() as f64);
+        let mut list = [&[self.order as f64, m as f64], &rows[..]].concat();
         list.extend(self.omega.iter().chain(&self.residual));
-        list.extend(self.shares.as_flattened().iter().chain(self.contact.as_flattened()));
-        list.extend(&self.stored);
+        list.extend(self.shares.as_flattened().iter().chain(&self.stored));
         let rotation = &self.rotation;
         let squares = [&rotation.coupling, &rotation.stiffness, &self.lost, &self.viscous];
-        for matrix in squares.into_iter().chain([&self.outline, &self.vectors]) {
+        for matrix in squares.into_iter().chain([&self.contact, &self.outline, &self.vectors]) {
             list.extend(matrix.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()));
         }
         list
@@ -132,31 +128,26 @@ impl Seen {
     pub fn from_numbers(mut numbers: &[f64]) -> Result<Vec<Self>> {
         let mut all = Vec::new();
         while !numbers.is_empty() {
-            let m = numbers.get(1).map_or(0, |m| *m as usize);
-            let rows = numbers.get(2).map_or(0, |rows| *rows as usize);
-            let amplitudes = numbers.get(3).map_or(0, |rows| *rows as usize);
-            let length = 4 + (6 + LOADS) * m + 4 * m * m + (rows + amplitudes) * m;
+            let [m, seen, rows, amplitudes] = [1, 2, 3, 4].map(|k| numbers.get(k).map_or(0, |n| *n as usize));
+            let length = 5 + 6 * m + 4 * m * m + (seen + rows + amplitudes) * m;
             if numbers.len() < length {
                 return Err(Error::Defect(format!("modes of an order: {} numbers of {length}", numbers.len())));
             }
             let (mine, rest) = numbers.split_at(length);
-            let (list, matrices) = mine[4..].split_at((6 + LOADS) * m);
+            let (list, matrices) = mine[5..].split_at(6 * m);
             let matrix = |rows: usize, first: usize| Mat::from_fn(rows, m, |i, j| matrices[first + i + rows * j]);
             all.push(Self {
                 order: mine[0] as usize,
                 omega: list[..m].to_vec(),
                 residual: list[m..2 * m].to_vec(),
                 shares: list[2 * m..5 * m].chunks_exact(3).map(|c| std::array::from_fn(|k| c[k])).collect(),
-                contact: list[5 * m..(5 + LOADS) * m]
-                    .chunks_exact(LOADS)
-                    .map(|c| std::array::from_fn(|k| c[k]))
-                    .collect(),
                 rotation: RotationBlocks { coupling: matrix(m, 0), stiffness: matrix(m, m * m) },
-                stored: list[(5 + LOADS) * m..].to_vec(),
+                stored: list[5 * m..].to_vec(),
                 lost: matrix(m, 2 * m * m),
                 viscous: matrix(m, 3 * m * m),
-                outline: matrix(rows, 4 * m * m),
-                vectors: matrix(amplitudes, 4 * m * m + rows * m),
+                contact: matrix(seen, 4 * m * m),
+                outline: matrix(rows, 4 * m * m + seen * m),
+                vectors: matrix(amplitudes, 4 * m * m + (seen + rows) * m),
             });
             numbers = rest;
         }
@@ -165,15 +156,17 @@ impl Seen {
     }
 }
 
-/// ψ̂ of modes with these amplitudes, `[m]`, under the load of their order on a patch; 0 without a contact.
-pub fn seen(vectors: MatRef<'_, f64>, contact: Option<(&LineLoad, Patch)>) -> Vec<[f64; LOADS]> {
-    let Some((line, patch)) = contact else { return vec![[0.0; LOADS]; vectors.ncols()] };
-    let moments = patch.moments();
-    let mean = |column| {
-        let means = line.means(column);
-        std::array::from_fn(|c| means[c] / moments[c])
-    };
-    vectors.col_iter().map(mean).collect()
+/// ψ̂ of modes with these amplitudes at the contacts that have the loads of their order, `[9T, m]`.
+pub fn seen(vectors: MatRef<'_, f64>, loads: &[LineLoad]) -> Mat<f64> {
+    let mut seen = Mat::zeros(LOADS * loads.len(), vectors.ncols());
+    for (c, line) in loads.iter().enumerate() {
+        let moments = line.moments();
+        for (k, column) in vectors.col_iter().enumerate() {
+            let means = line.means(column);
+            (0..LOADS).for_each(|a| seen[(LOADS * c + a, k)] = means[a] / moments[a]);
+        }
+    }
+    seen
 }
 
 /// Number of eigenvalues of the order `n` below ω = `limit`, rad/s, from the inertia of K_n − ω²M.

@@ -1,6 +1,7 @@
 //! Sections of rails, as a job gives them.
 
-use super::{Beam, BuiltRail, Drawn, Focus, HeadPoint, Measures, Path, Section};
+use super::builtin::finer_at;
+use super::{Beam, BuiltRail, Drawn, Focus, HeadPoint, Measures, Path, Section, SectionContact, Spot};
 use crate::fem::Material;
 use crate::{Error, Result};
 use std::rc::Rc;
@@ -88,6 +89,26 @@ impl Rail {
                 rail.section(Some(Focus { size: radius / 3.0, reach: 1.5 * radius, corner: any, largest: any }))
             }
         }
+    }
+}
+
+impl Rail {
+    /// Points at which the loads of a contact at another place of the running line act, in the frame of this rail: that
+    /// of the surface at its own contact point. Order 1 has the wavenumber 1 over `radius`, m.
+    pub fn contact_at(&self, place: HeadPoint, radius: f64) -> SectionContact {
+        let here = self.contact();
+        let [z, y] = here.seen([place.z, place.y]);
+        SectionContact::on(Spot { radius, origin: [z, y], angle: place.angle - here.angle, share: 1.0 })
+    }
+
+    /// The mesh for loads at the own contact and at other places of the running line, spread over circles of the radii
+    /// `radii`, m, of which the first one is that of the own contact.
+    pub fn for_loads_at(&self, others: &[HeadPoint], radii: &[f64]) -> Result<Section> {
+        let section = self.for_loads(radii.first().copied().unwrap_or(f64::INFINITY))?;
+        let here = self.contact();
+        let radii = &radii[radii.len().min(1)..];
+        let spots: Vec<_> = others.iter().zip(radii).map(|(p, &b)| (here.seen([p.z, p.y]), b)).collect();
+        Ok(finer_at(section, &spots))
     }
 }
 

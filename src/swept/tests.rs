@@ -1,6 +1,6 @@
 //! Swept bodies against closed forms and converged figures.
 
-use super::compliance::sum;
+use super::compliance::{pair_of, sum};
 use super::modes::{below, by_orders, limit_of, of_order};
 use super::*;
 use crate::fem::Material;
@@ -9,6 +9,7 @@ use faer::Mat;
 use std::f64::consts::PI;
 
 mod attached;
+mod contacts;
 mod discrete_supports;
 mod drawn_rail;
 mod elsewhere;
@@ -46,7 +47,7 @@ fn hertz(omega: f64) -> f64 {
 }
 
 fn up_to(forms: &Forms, limit: f64) -> Vec<Seen> {
-    let of = |n| Ok(Seen::of(forms, &of_order(forms, n, 2.0 * PI * limit)?, None, None));
+    let of = |n| Ok(Seen::of(forms, &of_order(forms, n, 2.0 * PI * limit)?, &[], None));
     by_orders(1, |s: &Seen| s.omega.len(), |orders| orders.into_iter().map(of).collect()).unwrap()
 }
 
@@ -296,12 +297,23 @@ fn the_wheel_has_its_frequencies() {
     }
 }
 
+/// A of a contact by itself, on each circle of the loads.
+fn own(constant: &Constant) -> Vec<Square> {
+    whole_of(constant).iter().map(|a| pair_of(a.as_ref(), [0, 0])).collect()
+}
+
+/// A of all contacts, on each set of circles of the loads.
+fn whole_of(constant: &Constant) -> Vec<Mat<f64>> {
+    let mut memory = Vec::new();
+    let blocks = (0..constant.blocks.len()).map(|k| constant.block(k, &mut memory).unwrap());
+    sum(blocks.chain([constant.singles()]))
+}
+
 fn constant(radius: f64, focus: Focus, last: usize) -> Square {
     let forms = clamped(cylinder(&annulus(Some(0.5), 0.03), focus).unwrap(), STEEL);
     let constant = Constant::new(&forms, &[Patch { radius }], 0.5).unwrap();
     let constant = if last > 0 { constant.up_to(last) } else { constant };
-    let blocks = (0..constant.blocks.len()).map(|k| constant.block(k, &mut Vec::new()).unwrap());
-    sum(blocks.chain([constant.singles()]))[0]
+    own(&constant)[0]
 }
 
 /// A of the lower body of `jobs/curve.json`, 360, 2892, 107 and −335 pm/N (xx, yy, zz, yz; n is −z), by another

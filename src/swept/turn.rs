@@ -15,10 +15,16 @@ pub fn turned(seen: [f64; LOADS], angle: f64) -> [f64; LOADS] {
 
 /// A value for each pair of loads in that frame.
 pub fn both_turned(square: &Square, angle: f64) -> Square {
-    let rows = square.map(|row| turned(row, angle));
+    turned_between(square, [angle, angle])
+}
+
+/// A value for each pair of a load at one contact and a load at another one, each in a frame turned by an angle of its
+/// own, rad.
+pub fn turned_between(square: &Square, [one, other]: [f64; 2]) -> Square {
+    let rows = square.map(|row| turned(row, other));
     let mut all = [[0.0; LOADS]; LOADS];
     for j in 0..LOADS {
-        let column = turned(std::array::from_fn(|i| rows[i][j]), angle);
+        let column = turned(std::array::from_fn(|i| rows[i][j]), one);
         column.into_iter().enumerate().for_each(|(i, v)| all[i][j] = v);
     }
     all
@@ -42,6 +48,10 @@ mod tests {
         let (ta, tb) = (turned(a, 0.3), turned(b, 0.3));
         for (i, row) in both_turned(&square, 0.3).iter().enumerate() {
             assert!(row.iter().zip(tb).all(|(v, b)| (v - ta[i] * b).abs() < 1e-12));
+        }
+        let other = turned(b, -1.1);
+        for (i, row) in turned_between(&square, [0.3, -1.1]).iter().enumerate() {
+            assert!(row.iter().zip(other).all(|(v, b)| (v - ta[i] * b).abs() < 1e-12));
         }
         assert_eq!(both_turned(&square, 0.0), square);
     }

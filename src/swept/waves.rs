@@ -1,7 +1,7 @@
 //! Modes of a rail, order by order of its period, and the damping between all of them.
 
 use super::modes::{seen, Modes};
-use super::{Ends, Forms, LineLoad, Patch, LOADS};
+use super::{Ends, Forms, LineLoad};
 use crate::{Error, Result};
 use faer::Mat;
 
@@ -15,8 +15,9 @@ pub struct RailMode {
     pub omega: Vec<f64>,
     /// Relative residuals, `[m]`.
     pub residual: Vec<f64>,
-    /// ψ̂ = Γ⁻¹⟨ωπ, φ⟩ over the circle of the contact, of the family that each of the nine loads moves, `[m]`.
-    pub contact: Vec<[f64; LOADS]>,
+    /// ψ̂ = Γ⁻¹⟨ωπ, φ⟩ over the circles of the contacts, of the family about each contact that each of its nine loads
+    /// moves, `[9T, m]`.
+    pub contact: Mat<f64>,
     /// φᵀKφ of the springs of the track, 1/s², `[m]`.
     pub springs: Vec<f64>,
     /// φᵀCφ of its dashpots, 1/s, `[m, m]`.
@@ -38,11 +39,11 @@ pub struct Damping {
 pub type Member = (usize, usize, usize);
 
 impl RailMode {
-    /// Modal data of `modes` of `forms`, with the load of their order at the contact, where there is one.
-    pub fn of(forms: &Forms, modes: Modes, contact: Option<(&LineLoad, Patch)>) -> Self {
+    /// Modal data of `modes` of `forms`, with the loads of their order at the contacts.
+    pub fn of(forms: &Forms, modes: Modes, loads: &[LineLoad]) -> Self {
         let Modes { order, omega, vectors, residual } = modes;
         let m = omega.len();
-        let contact = seen(vectors.as_ref(), contact);
+        let contact = seen(vectors.as_ref(), loads);
         let (springs, dashpots) = match forms.track(order, vectors.as_ref()) {
             None => (vec![0.0; m], Mat::zeros(m, m)),
             Some([springs, dashpots]) => {
@@ -52,8 +53,7 @@ impl RailMode {
         Self { order, omega, residual, contact, springs, dashpots, vectors }
     }
 
-    /// The same in a frame turned by `angle`, rad, from y to z against that of the amplitudes; what the contact sees
-    /// of it there is not known.
+    /// The same in a frame turned by `angle`, rad, from y to z against that of the amplitudes, without contacts.
     pub fn turned(&self, angle: f64) -> Self {
         let (s, c) = angle.sin_cos();
         let v = &self.vectors;
@@ -62,17 +62,17 @@ impl RailMode {
             1 => v[(i, k)],
             _ => c * v[(i, k)] + s * v[(i - 2, k)],
         });
-        let contact = vec![[0.0; LOADS]; self.contact.len()];
+        let contact = Mat::zeros(0, self.contact.ncols());
         let Self { order, omega, residual, springs, dashpots, .. } = self.clone();
         Self { order, omega, residual, contact, springs, dashpots, vectors }
     }
 
     /// As one list of numbers.
     pub fn to_numbers(&self) -> Vec<f64> {
-        let (m, rows) = (self.omega.len(), self.vectors.nrows());
-        let mut list = vec![self.order as f64, m as f64, rows as f64];
-        list.extend(self.omega.iter().chain(&self.residual).chain(&self.springs).chain(self.contact.as_flattened()));
-        for matrix in [&self.dashpots, &self.vectors] {
+        let sizes = [self.order, self.omega.len(), self.contact.nrows(), self.vectors.nrows()];
+        let mut list = sizes.map(|n| n as f64).to_vec();
+        list.extend(self.omega.iter().chain(&self.residual).chain(&self.springs));
+        for matrix in [&self.dashpots, &self.contact, &self.vectors] {
             matrix.col_iter().for_each(|c| list.extend(c.iter()));
         }
         list
@@ -82,22 +82,22 @@ impl RailMode {
     pub fn from_numbers(mut numbers: &[f64]) -> Result<Vec<Self>> {
         let mut all = Vec::new();
         while !numbers.is_empty() {
-            let [m, rows] = [1, 2].map(|k| numbers.get(k).map_or(0, |m| *m as usize));
-            let length = 3 + (3 + LOADS + m + rows) * m;
+            let [m, seen, rows] = [1, 2, 3].map(|k| numbers.get(k).map_or(0, |m| *m as usize));
+            let length = 4 + (3 + seen + m + rows) * m;
             if numbers.len() < length {
                 return Err(Error::Defect(format!("waves of an order: {} numbers of {length}", numbers.len())));
             }
             let (mine, rest) = numbers.split_at(length);
-            let (list, matrices) = mine[3..].split_at((3 + LOADS) * m);
-            let (dashpots, vectors) = matrices.split_at(m * m);
+            let (list, matrices) = mine[4..].split_at(3 * m);
+            let matrix = |rows: usize, first: usize| Mat::from_fn(rows, m, |i, j| matrices[first + i + rows * j]);
             all.push(Self {
                 order: mine[0] as usize,
                 omega: list[..m].to_vec(),
                 residual: list[m..2 * m].to_vec(),
-                springs: list[2 * m..3 * m].to_vec(),
-                contact: list[3 * m..].chunks_exact(LOADS).map(|c| std::array::from_fn(|k| c[k])).collect(),
-                dashpots: Mat::from_fn(m, m, |i, j| dashpots[i + m * j]),
-                vectors: Mat::from_fn(rows, m, |i, j| vectors[i + rows * j]),
+                springs: list[2 * m..].to_vec(),
+                dashpots: matrix(m, 0),
+                contact: matrix(seen, m * m),
+                vectors: matrix(rows, (m + seen) * m),
             });
             numbers = rest;
         }

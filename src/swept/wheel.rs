@@ -155,8 +155,8 @@ impl Wheel {
         [[tread, self.offset.clamp(least, most)], [radius, face]]
     }
 
-    /// The section, y = 0 at the contact; an error where nothing of it can be touched.
-    pub(super) fn section(&self, focus: Focus) -> Result<Section> {
+    /// An error where nothing of the section can be touched at the contact.
+    pub(super) fn refuse_untouchable(&self) -> Result<()> {
         let [field, face, back] = self.shape.rim;
         let highest = self.shape.radii[4] - self.shape.tread() - BELOW_TIP;
         let wrong = match self.height {
@@ -179,6 +179,12 @@ impl Wheel {
                 1e3 * highest
             )));
         }
+        Ok(())
+    }
+
+    /// The section, y = 0 at the contact; an error where nothing of it can be touched.
+    pub(super) fn section(&self, focus: Focus) -> Result<Section> {
+        self.refuse_untouchable()?;
         let carry = self.spots().into_iter().zip([self.face_share() < 1.0, self.face_share() > 0.0]);
         let at: Vec<[f64; 2]> = carry.filter(|(_, loaded)| *loaded).map(|(at, _)| at).collect();
         let section = finer_at_corners(made(&self.shape, self.offset, &at, focus), &self.shape, self.offset);

@@ -5,6 +5,7 @@ use crate::elasticity::{block, group};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
 use num_complex::Complex;
+use railsqueal::body::averaged_trace::MeshContact;
 use railsqueal::body::fe::{BodyModes, FeBody};
 use railsqueal::body::modes;
 use railsqueal::body::rotation::{centrifugal, RotationForms};
@@ -64,7 +65,8 @@ fn supported(
     let grid = world.is_root().then(|| ContactGrid::from_mesh(&mesh, "contact").unwrap());
     let material = Material { young, poisson: 0.3, density: 7800.0 };
     let mesh = world.is_root().then_some(&mesh);
-    FeBody::held(world, name, mesh, grid.as_ref(), material, (fixed, supports)).unwrap()
+    let contacts: Vec<MeshContact> = grid.iter().map(|grid| MeshContact { grid, along: 0.0 }).collect();
+    FeBody::held(world, name, mesh, &contacts, material, (fixed, supports)).unwrap()
 }
 
 /// Six closed nodes in the middle of the 5 × 4 grid; forces, directions and velocities differ from node to node.

@@ -30,7 +30,7 @@ fn on(group: &str) -> Support {
 
 fn body(world: &World, mesh: &Mesh, material: Material, fixed: &[&str], supports: &[Support]) -> FeBody {
     let fixed: Vec<String> = fixed.iter().map(|g| g.to_string()).collect();
-    FeBody::held(world, "block", world.is_root().then_some(mesh), None, material, (&fixed, supports)).expect("a body")
+    FeBody::held(world, "block", world.is_root().then_some(mesh), &[], material, (&fixed, supports)).expect("a body")
 }
 
 /// Collective: modes and residuals of a body.

@@ -68,7 +68,7 @@ fn even(track: &Track, period: f64, limit: f64) -> Even {
     let forms = Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, period, Some(track), 0.0).unwrap();
     let of = |n| {
         let modes = of_order(&forms, n, 2.0 * PI * limit)?;
-        Ok(RailMode::of(&forms, modes, Some((&LineLoad::new(&forms, PATCH, n, radius), PATCH))))
+        Ok(RailMode::of(&forms, modes, &[LineLoad::new(&forms, PATCH, n, radius)]))
     };
     let size = |w: &RailMode| w.omega.len().saturating_sub(track.motions());
     let waves: Vec<RailMode> = by_orders(1, size, |o| o.into_iter().map(of).collect()).unwrap();
@@ -81,15 +81,14 @@ fn even(track: &Track, period: f64, limit: f64) -> Even {
     let focus = Focus { size: 2.5e-3, reach: 7.5e-3, corner: 0.015, largest: 0.015 };
     let loaded = Forms::along(rail.section(focus).unwrap(), RAIL_STEEL, period, Some(track), 0.0).unwrap();
     let constant = Constant::new(&loaded, &[PATCH], radius).unwrap();
-    let blocks = (0..constant.blocks.len()).map(|k| constant.block(k, &mut Vec::new()).unwrap());
-    let a = sum(blocks.chain([constant.singles()]))[0];
+    let a = own(&constant)[0];
     Even { forms, waves, list, damping, a }
 }
 
 impl Even {
     fn seen(&self, &(i, k, family): &waves::Member, d: usize) -> f64 {
         match self.waves[i].order == 0 || FAMILY[d] == family {
-            true => self.waves[i].contact[k][d],
+            true => self.waves[i].contact[(d, k)],
             false => 0.0,
         }
     }

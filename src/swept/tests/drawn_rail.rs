@@ -61,8 +61,7 @@ fn the_contact_on_a_drawn_rail_yields_as_on_the_built_in_one() {
         let section = rail.for_loads(patch.radius).unwrap();
         let forms = Forms::along(section, RAIL_STEEL, period, Some(&pads()), rail.contact().angle).unwrap();
         let constant = Constant::new(&forms, &[patch], period / (2.0 * PI)).unwrap();
-        let blocks = (0..constant.blocks.len()).map(|k| constant.block(k, &mut Vec::new()).unwrap());
-        sum(blocks.chain([constant.singles()]))[0]
+        own(&constant)[0]
     };
     let [built, drawn] = [Rail::Built(BuiltRail::new(&R60E1, 0.005).unwrap()), at(0.005)].map(|rail| yields(&rail));
     for (i, j) in [(0, 0), (1, 1), (2, 2), (1, 2)] {

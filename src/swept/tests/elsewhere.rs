@@ -24,17 +24,18 @@ fn waves_of_a_rail_serve_wherever_it_is_touched() {
     let patch = Patch { radius: 5e-3 };
     for n in [0, 1, 7, 30] {
         let limit = 2.0 * PI * 2500.0;
-        let turned = RailMode::of(&forms, of_order(&forms, n, limit).unwrap(), None).turned(angle);
+        let turned = RailMode::of(&forms, of_order(&forms, n, limit).unwrap(), &[]).turned(angle);
         let line = LineLoad::new(&other, patch, n, PERIOD / (2.0 * PI));
-        let own = RailMode::of(&other, of_order(&other, n, limit).unwrap(), Some((&line, patch)));
+        let lines = [line];
+        let own = RailMode::of(&other, of_order(&other, n, limit).unwrap(), &lines);
         assert!(!own.omega.is_empty() && own.omega.len() == turned.omega.len(), "{n}");
-        let contact = seen(turned.vectors.as_ref(), Some((&line, patch)));
+        let contact = seen(turned.vectors.as_ref(), &lines);
         for k in 0..own.omega.len() {
             assert!((turned.omega[k] / own.omega[k] - 1.0).abs() < 1e-9, "{n} {k}");
-            let product: f64 = (0..LOADS).map(|c| own.contact[k][c] * contact[k][c]).sum();
-            let size = own.contact[k].iter().fold(0.0, |m: f64, v| m.max(v.abs()));
-            let off = (0..LOADS).map(|c| (contact[k][c] - product.signum() * own.contact[k][c]).abs());
-            assert!(off.fold(0.0, f64::max) < 1e-6 * size, "{n} {k}: {:?} {:?}", contact[k], own.contact[k]);
+            let (here, there) = (contact.col(k), own.contact.col(k));
+            let product: f64 = here.transpose() * there;
+            let off = (0..LOADS).map(|c| (here[c] - product.signum() * there[c]).abs());
+            assert!(off.fold(0.0, f64::max) < 1e-6 * there.norm_max(), "{n} {k}: {here:?} {there:?}");
         }
     }
 }

@@ -62,8 +62,7 @@ fn compliance(place: [f64; 3], mirrored: bool) -> Square {
     let given = wheel(place, mirrored);
     let loads = clamped(given.for_loads(PATCH.radius).unwrap(), RAIL_WHEEL);
     let constant = Constant::at(&loads, &[PATCH], &given.contact()).unwrap();
-    let blocks = (0..constant.blocks.len()).map(|k| constant.block(k, &mut Vec::new()).unwrap());
-    both_turned(&sum(blocks.chain([constant.singles()]))[0], turn(place, mirrored))
+    both_turned(&own(&constant)[0], turn(place, mirrored))
 }
 
 /// The lowest mode of two nodal diameters at the contact, in the frame of the profile, with the sign of its motion
@@ -73,7 +72,8 @@ fn motion(place: [f64; 3], mirrored: bool, modes: &Modes, forms: &Forms) -> [f64
     moved.section = wheel(place, mirrored).for_modes().unwrap();
     let contact = wheel(place, mirrored).contact();
     let line = LineLoad::at(&moved, PATCH, modes.order, &contact);
-    turned(seen(modes.vectors.as_ref(), Some((&line, PATCH)))[0], turn(place, mirrored))
+    let seen = seen(modes.vectors.as_ref(), &[line]);
+    turned(std::array::from_fn(|c| seen[(c, 0)]), turn(place, mirrored))
 }
 
 fn lowest(mirrored: bool) -> (Modes, Forms) {

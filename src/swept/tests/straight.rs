@@ -119,7 +119,7 @@ pub(super) fn receptance(
 ) -> [[Complex<f64>; 3]; 3] {
     let w = 2.0 * PI * f;
     let seen = |&(i, k, family): &waves::Member, d: usize| match waves[i].order == 0 || FAMILY[d] == family {
-        true => waves[i].contact[k][d],
+        true => waves[i].contact[(d, k)],
         false => 0.0,
     };
     let omega = |m: &waves::Member| waves[m.0].omega[m.1];
@@ -150,8 +150,7 @@ pub(super) fn at_contact(y: f64, radii: &[f64], parts: f64, period: f64, singles
         let next = usual[0].0 - usual[0].1 / 2;
         constant.blocks = (0..next).map(|n| (n, 1)).chain(usual).collect();
     }
-    let blocks = (0..constant.blocks.len()).map(|k| constant.block(k, &mut Vec::new()).unwrap());
-    sum(blocks.chain([constant.singles()]))
+    own(&constant)
 }
 
 /// Largest difference of what the middle of the contact does under forces on it, m/N, along x, and across.
@@ -213,7 +212,7 @@ impl OnPads {
         let forms = Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, period, Some(&pads()), 0.0).unwrap();
         let of = |n| {
             let modes = of_order(&forms, n, 2.0 * PI * limit)?;
-            Ok(RailMode::of(&forms, modes, Some((&LineLoad::new(&forms, patch, n, radius), patch))))
+            Ok(RailMode::of(&forms, modes, &[LineLoad::new(&forms, patch, n, radius)]))
         };
         let size = |w: &RailMode| w.omega.len();
         let waves: Vec<RailMode> = by_orders(1, size, |o| o.into_iter().map(of).collect()).unwrap();

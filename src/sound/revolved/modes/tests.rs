@@ -20,7 +20,7 @@ fn wheel(orders: &[usize], reach: f64) -> (OutlineModes, Vec<f64>) {
     let mut frequency = Vec::new();
     for &order in orders {
         let modes = of_order(&forms, order, 2.0 * PI * reach).expect("modes");
-        let seen = Seen::of(&forms, &modes, None, None).with_outline(&forms, &modes, &found.outline.nodes);
+        let seen = Seen::of(&forms, &modes, &[], None).with_outline(&forms, &modes, &found.outline.nodes);
         let mut places = Vec::new();
         for _ in 0..Seen::families(order) {
             places.push((found.count..found.count + seen.omega.len()).collect());
