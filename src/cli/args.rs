@@ -264,6 +264,8 @@ pub enum ExportFormat {
     Vtu,
     /// One file and its .h5; for meshes of one kind of cell
     Xdmf,
+    /// A table of the branches of limit cycles
+    Csv,
 }
 
 /// Kinds of bodies with a section.
