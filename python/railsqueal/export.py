@@ -1,5 +1,5 @@
-"""Fields on the joined mesh as VTU (with a PVD for sequences) or XDMF, for programs that do not read VTKHDF; branches of
-limit cycles as CSV."""
+"""Fields on the joined mesh as VTU (with a PVD for sequences) or XDMF, for programs that do not read VTKHDF; branches
+of limit cycles as CSV."""
 
 import base64
 import csv

@@ -246,7 +246,8 @@ impl Sounding {
     }
 
     /// Power in each third octave, W, `[bodies × bands]`, of a periodic motion of the frequency `f` (Hz): `lines` are
-    /// the complex amplitudes of the modal velocities and of the force on body 1 at its multiples 1, 2, …, `[..][m + 3]`.
+    /// the complex amplitudes of the modal velocities and of the force on body 1 at its multiples 1, 2, …,
+    /// `[..][m + 3]`.
     pub fn powers_of_lines(&self, f: f64, lines: &[Vec<Complex64>]) -> Vec<f64> {
         let of = |(_, channels, radiation): &(&'static str, Channels, Radiation)| {
             // Columns become spectra and back: the signs of forces are those of a column.

@@ -108,7 +108,7 @@ pub struct ContactMemory {
 }
 
 impl ContactMemory {
-    pub(super) fn of(state: &State) -> Self {
+    pub(super) fn from_state(state: &State) -> Self {
         Self { reaction: state.reaction.clone(), friction: state.friction.clone(), approach: state.approach }
     }
 }
@@ -290,10 +290,10 @@ impl<'a, 's> Balance<'a, 's> {
         for step in 1..=before + samples {
             self.stepper.advance()?;
             if step == samples {
-                after = Some(ContactMemory::of(self.stepper.state()));
+                after = Some(ContactMemory::from_state(self.stepper.state()));
             }
             if step == before + samples {
-                contact = Some(ContactMemory::of(self.stepper.state()));
+                contact = Some(ContactMemory::from_state(self.stepper.state()));
             }
             if step > before {
                 // The last step ends where the period began: at phase zero.

@@ -66,8 +66,7 @@ pub enum SpecialKind {
 
 impl SpecialKind {
     /// All of them.
-    pub(super) const ALL: [Self; 6] =
-        [Self::Fold, Self::Flip, Self::Torus, Self::Crossing, Self::Stick, Self::Opening];
+    pub(super) const ALL: [Self; 6] = [Self::Fold, Self::Flip, Self::Torus, Self::Crossing, Self::Stick, Self::Opening];
 
     /// As in tables and sentences.
     pub fn name(self) -> &'static str {

@@ -3,8 +3,8 @@
 //!
 //! Over a period a small motion of what acts at the contact is a, in the functions of the window, and the forces are
 //! φ = Σ A_l a_l with the kernel A and the motions a_l of the periods before. Each mode has the amplitude η at the
-//! beginning of the period; E is its factor of a period, p the motion of the contact that it makes, q what forces add to
-//! its amplitude, K what forces make of the motion within the period:
+//! beginning of the period; E is its factor of a period, p the motion of the contact that it makes, q what forces add
+//! to its amplitude, K what forces make of the motion within the period:
 //!
 //! a = Σ_j p_j η_j + K φ,   η_j⁺ = E_j η_j + q_jᵀ φ
 //!
@@ -155,8 +155,7 @@ impl Closed {
 
     fn at(&self, shift: C) -> Result<Shifted<'_>> {
         let n = self.within.nrows();
-        let weighted =
-            Mat::from_fn(self.gain.nrows(), n, |j, k| self.gain[(j, k)] / (shift - self.factor[j]));
+        let weighted = Mat::from_fn(self.gain.nrows(), n, |j, k| self.gain[(j, k)] / (shift - self.factor[j]));
         let response = &self.within + &self.motion * weighted;
         let mut at_shift = self.kernel[0].clone();
         for (delay, kernel) in self.kernel.iter().enumerate().skip(1) {

@@ -151,7 +151,7 @@ impl BranchPoint {
 }
 
 impl BranchState {
-    /// What the next cycle depends on beside the points, in a row.
+    /// Everything that the next cycle depends on beside the points, in a row.
     pub fn numbers(&self) -> Vec<f64> {
         let mut to = Writer::default();
         to.one(self.points.len() as f64);
@@ -171,7 +171,8 @@ impl BranchState {
         to.memory(&self.memory);
         let rows = self.jacobian.as_ref().map_or(0, Mat::nrows);
         to.one(rows as f64);
-        let entries = self.jacobian.iter().flat_map(|j| (0..j.ncols()).flat_map(move |k| (0..rows).map(move |i| j[(i, k)])));
+        let entries =
+            self.jacobian.iter().flat_map(|j| (0..j.ncols()).flat_map(move |k| (0..rows).map(move |i| j[(i, k)])));
         let entries: Vec<f64> = entries.collect();
         to.list(&entries);
         to.0

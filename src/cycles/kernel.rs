@@ -117,7 +117,7 @@ impl Balance<'_, '_> {
             self.stepper.advance()?;
             forces.push(self.stepper.modal_force().unwrap_or_default().to_vec());
         }
-        Ok((forces, ContactMemory::of(self.stepper.state())))
+        Ok((forces, ContactMemory::from_state(self.stepper.state())))
     }
 }
 

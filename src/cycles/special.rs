@@ -25,7 +25,12 @@ const EVENTS: [(SpecialKind, Happens); 2] = [
 
 impl Walk<'_, '_, '_> {
     /// Special points between the last points of a branch, `here`, and the next one.
-    pub(super) fn between(&mut self, points: &[BranchPoint], here: &BranchPoint, there: &BranchPoint) -> Result<Vec<BranchPoint>> {
+    pub(super) fn between(
+        &mut self,
+        points: &[BranchPoint],
+        here: &BranchPoint,
+        there: &BranchPoint,
+    ) -> Result<Vec<BranchPoint>> {
         let mut found: Vec<BranchPoint> = Vec::new();
         let ordinary: Vec<&BranchPoint> = points.iter().filter(|p| p.special.is_none()).collect();
         let before = ordinary.len().checked_sub(2).map(|k| ordinary[k]);

@@ -3,7 +3,7 @@
 use super::kept::KeptBranches;
 use super::search::{Clock, Search};
 use super::spread::spread;
-use super::starts::{Candidate, Failed, Start};
+use super::starts::{BranchStart, Candidate, FailedStart};
 use crate::cycles::branch::follow;
 use crate::cycles::corrector::Equations;
 use crate::cycles::{BranchEnd, BranchPoint, BranchState, ContactMemory, Structure};
@@ -61,14 +61,14 @@ impl<'w, 'a> Walker<'w, 'a> {
         world: &World,
         candidates: &[Candidate],
         progress: &mut Progress,
-    ) -> Result<(Vec<Start>, Vec<Failed>)> {
-        self.clock.begin();
+    ) -> Result<(Vec<BranchStart>, Vec<FailedStart>)> {
+        self.clock.start_step();
         let found = spread(world, candidates.len(), |k| {
             if self.clock.is_over() {
                 return Ok(None);
             }
             let name = format!("start-{k:03}");
-            if let Some(numbers) = self.kept.numbers(&name).filter(|n| Start::from_numbers(n).is_some()) {
+            if let Some(numbers) = self.kept.numbers(&name).filter(|n| BranchStart::from_numbers(n).is_some()) {
                 return Ok(Some(numbers));
             }
             progress.step("first cycles", k, candidates.len());
@@ -80,8 +80,8 @@ impl<'w, 'a> Walker<'w, 'a> {
         let (mut starts, mut failed) = (Vec::new(), Vec::new());
         for (candidate, item) in candidates.iter().zip(found) {
             match item {
-                Some(Ok(numbers)) => starts.extend(Start::from_numbers(&numbers)),
-                Some(Err(why)) => failed.push(Failed { origin: candidate.text(&self.search.wanted.along), why }),
+                Some(Ok(numbers)) => starts.extend(BranchStart::from_numbers(&numbers)),
+                Some(Err(why)) => failed.push(FailedStart { origin: candidate.text(&self.search.wanted.along), why }),
                 None => {}
             }
         }
@@ -94,7 +94,7 @@ impl<'w, 'a> Walker<'w, 'a> {
         &self,
         world: &World,
         candidates: &[Candidate],
-        starts: Vec<Start>,
+        starts: Vec<BranchStart>,
         progress: &mut Progress,
     ) -> Result<FollowedBranches> {
         let mut found = FollowedBranches { all: Vec::new(), same: Vec::new(), marches: 0 };
@@ -141,13 +141,13 @@ impl<'w, 'a> Walker<'w, 'a> {
     fn walk(
         &self,
         world: &World,
-        starts: &[Start],
+        starts: &[BranchStart],
         tasks: &[Task],
         progress: &mut Progress,
     ) -> Result<Vec<Option<BranchState>>> {
         let extent = self.search.extent();
         let mut done = 0;
-        self.clock.begin();
+        self.clock.start_step();
         let found = spread(world, tasks.len(), |t| {
             let (k, turned) = tasks[t];
             let start = &starts[k];
@@ -202,12 +202,7 @@ fn state_of(numbers: &[f64]) -> Option<BranchState> {
 }
 
 /// Both directions of a branch as one, from its end down to that up; and the marches made for it.
-fn joined(
-    up: Option<BranchState>,
-    down: Option<BranchState>,
-    origin: String,
-    unit: f64,
-) -> Result<(OneBranch, usize)> {
+fn joined(up: Option<BranchState>, down: Option<BranchState>, origin: String, unit: f64) -> Result<(OneBranch, usize)> {
     let Some(up) = up else { return Err(Error::Defect("limit cycles: a branch is missing".into())) };
     let marches = up.marches + down.as_ref().map_or(0, |d| d.marches);
     let text = |end: &Option<BranchEnd>| end.as_ref().map_or(String::new(), BranchEnd::text);
@@ -219,7 +214,7 @@ fn joined(
 }
 
 /// True if the cycle of `start` is one of `branch`: by key, velocity and frequency, between two of its cycles.
-fn lies_on(start: &Start, branch: &OneBranch, range: f64) -> bool {
+fn lies_on(start: &BranchStart, branch: &OneBranch, range: f64) -> bool {
     let Ok(own) = start.point() else { return false };
     let ordinary: Vec<&BranchPoint> = branch.points.iter().filter(|p| p.special.is_none()).collect();
     let largest = ordinary.iter().map(|p| p.cycle.kinetic).fold(0.0, f64::max).sqrt();

@@ -1,4 +1,4 @@
-//! What is done of the branches, on the disk: thresholds, cycles that branches begin with, and each branch with all
+//! Finished parts of the branches, on the disk: thresholds, cycles that branches begin with, and each branch with all
 //! that its next cycle depends on. A later run of the same job on the same model goes on from there, whatever its
 //! number of ranks. Every file begins with what it is of and ends with a checksum; what does not fit is made again.
 
@@ -21,7 +21,7 @@ const SUM: usize = 32;
 /// File with the job.
 const JOB: &str = "job.json";
 
-/// The folder of what is done.
+/// The folder of finished parts.
 fn folder(output: &Path) -> PathBuf {
     companion(output, "branches")
 }

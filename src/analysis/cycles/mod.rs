@@ -107,7 +107,8 @@ pub fn run(
         Ok((tables, watched, sounds))
     })?;
     if let Some((tables, watched, sounds)) = found {
-        let told = summary::Told { wanted, branches: &branches, onsets: &onsets, watch: &watched, failed: &failed };
+        let told =
+            summary::BranchSummary { wanted, branches: &branches, onsets: &onsets, watch: &watched, failed: &failed };
         told.write(sounds.as_ref(), &mut run.summary);
         run.file.tables(tables);
     }

@@ -29,7 +29,7 @@ pub(super) fn all(
     }
     let (from, to) = (search.wanted.from, search.wanted.to);
     let value = |look: usize| from + (to - from) * look as f64 / (LOOKS - 1) as f64;
-    clock.begin();
+    clock.start_step();
     let looks = spread(world, LOOKS, |look| {
         progress.step("stability of rest", look, LOOKS);
         let found = growths(search, value(look))?.map(|g| g.into_flattened());
@@ -76,12 +76,7 @@ fn growths(search: &Search<'_>, key: f64) -> Result<Option<Vec<Growth>>> {
 
 /// The zero of the growth rate of the mode of the rank `mode` between two values of the key: secants, halving where
 /// they do not gain.
-fn one(
-    search: &Search<'_>,
-    mode: usize,
-    mut low: (f64, Growth),
-    mut high: (f64, Growth),
-) -> Result<Option<Onset>> {
+fn one(search: &Search<'_>, mode: usize, mut low: (f64, Growth), mut high: (f64, Growth)) -> Result<Option<Onset>> {
     let above = high.1[0] > 0.0;
     let close = LOCATED * (search.wanted.to - search.wanted.from);
     for round in 0..60 {

@@ -74,7 +74,7 @@ impl<'a> Search<'a> {
     }
 
     /// The eigenvalues about rest at a value of the key.
-    pub(super) fn rest<T>(&self, key: f64, found: impl FnOnce(StabilityProblem<'_>) -> Result<T>) -> Result<T> {
+    pub(super) fn with_problem<T>(&self, key: f64, found: impl FnOnce(StabilityProblem<'_>) -> Result<T>) -> Result<T> {
         let job = self.job_at(key)?;
         let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("limit cycles without contact".into()))?;
         found(StabilityProblem { job: &job, stability: self.stability()?, contact, model: self.model })
@@ -83,7 +83,7 @@ impl<'a> Search<'a> {
     /// Growth rates about rest, 1/s, and frequencies, Hz, of the modes that oscillate, by falling growth rate; and
     /// whether each grows.
     pub(super) fn growth(&self, key: f64) -> Result<Vec<([f64; 2], bool)>> {
-        let spectrum = self.rest(key, |problem| problem.eigenvalues())?.spectrum;
+        let spectrum = self.with_problem(key, |problem| problem.eigenvalues())?.spectrum;
         let moving = spectrum.eigenpairs.iter().filter(|e| e.frequency() > 0.0);
         Ok(moving.map(|e| ([e.value.re, e.frequency()], grows(e.value, e.backward_error))).collect())
     }
@@ -127,14 +127,14 @@ impl<'s> Clock<'s> {
     }
 
     /// Begins a step.
-    pub(super) fn begin(&self) {
+    pub(super) fn start_step(&self) {
         self.begun.set(Instant::now());
     }
 
     /// Ends a step, begins the next one and returns whether to go on.
     pub(super) fn goes_on(&self) -> bool {
         self.longest.set(self.longest.get().max(self.begun.get().elapsed()));
-        self.begin();
+        self.start_step();
         if self.why.get().is_none() {
             self.why.set(self.stop.asked(self.longest.get()));
         }

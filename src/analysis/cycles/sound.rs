@@ -17,7 +17,7 @@ pub(super) struct Sounds {
 }
 
 impl Sounds {
-    /// Of all cycles.
+    /// The sound of all cycles of `branches`.
     pub(super) fn new(sounding: &Sounding, branches: &[OneBranch]) -> Result<Self> {
         let points = branches.iter().flat_map(|b| &b.points);
         let powers = points.map(|p| sounding.powers_of_lines(p.cycle.frequency, &p.cycle.lines())).collect();

@@ -21,9 +21,9 @@ const PERIODS: usize = 8;
 /// Amplitude of the first cycle at a threshold of rest, of that at which a node reaches the creep velocity.
 const SMALL: f64 = 0.08;
 
-/// Where a branch begins.
+/// Origin of a branch.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Origin {
+pub(super) enum BranchOrigin {
     /// The cycle that a motion reaches from an unstable mode of rest.
     Mode {
         /// Value of the key.
@@ -42,34 +42,34 @@ pub(super) enum Origin {
 /// A start before it is solved for.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Candidate {
-    pub(super) origin: Origin,
+    pub(super) origin: BranchOrigin,
 }
 
 impl Candidate {
     /// In words.
     pub(super) fn text(&self, along: &str) -> String {
         match &self.origin {
-            Origin::Mode { key, mode, growth: [rate, frequency] } => {
+            BranchOrigin::Mode { key, mode, growth: [rate, frequency] } => {
                 format!("unstable mode {} at {along} = {key} ({frequency:.3} Hz, growth rate {rate:.3} 1/s)", mode + 1)
             }
-            Origin::Threshold(onset) => {
+            BranchOrigin::Threshold(onset) => {
                 format!("threshold of rest at {along} = {:.7} ({:.3} Hz)", onset.key, onset.frequency)
             }
-            Origin::Result(earlier) => format!("cycle {} of {}", earlier.place, earlier.file),
+            BranchOrigin::Result(earlier) => format!("cycle {} of {}", earlier.place, earlier.file),
         }
     }
 }
 
 /// A start that was not solved.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Failed {
+pub(super) struct FailedStart {
     pub(super) origin: String,
     pub(super) why: String,
 }
 
 /// A cycle that a branch begins with.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Start {
+pub(super) struct BranchStart {
     /// Number of its candidate.
     pub(super) number: usize,
     /// Units of the motion, m √kg, and of the angular frequency, rad/s; value of the key that counts from.
@@ -78,7 +78,7 @@ pub(super) struct Start {
     pub(super) state: BranchState,
 }
 
-impl Start {
+impl BranchStart {
     /// The cycle.
     pub(super) fn point(&self) -> Result<&BranchPoint> {
         self.state.points.first().ok_or_else(|| Error::Defect("limit cycles: a start without cycle".into()))
@@ -125,10 +125,10 @@ pub(super) fn candidates(search: &Search<'_>, world: &World, onsets: &[Onset]) -
         Ok(all)
     })?;
     let modes = world.broadcast(modes.unwrap_or_default());
-    let mode = |c: &[f64]| Origin::Mode { key: c[0], mode: c[1] as usize, growth: [c[2], c[3]] };
-    let mut origins: Vec<Origin> = modes.chunks_exact(4).map(mode).collect();
+    let mode = |c: &[f64]| BranchOrigin::Mode { key: c[0], mode: c[1] as usize, growth: [c[2], c[3]] };
+    let mut origins: Vec<BranchOrigin> = modes.chunks_exact(4).map(mode).collect();
     if wanted.thresholds {
-        origins.extend(onsets.iter().copied().map(Origin::Threshold));
+        origins.extend(onsets.iter().copied().map(BranchOrigin::Threshold));
     }
     for (k, given) in wanted.results.iter().enumerate() {
         let key = format!("analyses.cycles.starts.results[{k}]");
@@ -149,7 +149,7 @@ pub(super) fn candidates(search: &Search<'_>, world: &World, onsets: &[Onset]) -
                 search.wanted.along, earlier.key
             )));
         }
-        origins.push(Origin::Result(Box::new(earlier)));
+        origins.push(BranchOrigin::Result(Box::new(earlier)));
     }
     Ok(origins.into_iter().map(|origin| Candidate { origin }).collect())
 }
@@ -158,7 +158,7 @@ pub(super) fn candidates(search: &Search<'_>, world: &World, onsets: &[Onset]) -
 struct Guess {
     /// Coefficients of the motion, m √kg.
     z: Vec<f64>,
-    /// See [`Start::scale`].
+    /// See [`BranchStart::scale`].
     scale: [f64; 3],
     memory: ContactMemory,
     /// True if the amplitude is held in the place of the key.
@@ -167,11 +167,11 @@ struct Guess {
 
 impl Walker<'_, '_> {
     /// Solves for the cycle of a candidate.
-    pub(super) fn solve(&self, number: usize, candidate: &Candidate) -> Result<Start> {
+    pub(super) fn solve(&self, number: usize, candidate: &Candidate) -> Result<BranchStart> {
         let guess = match &candidate.origin {
-            Origin::Mode { key, mode, .. } => self.marched(*key, *mode)?,
-            Origin::Threshold(onset) => self.at_threshold(onset)?,
-            Origin::Result(earlier) => self.earlier(earlier),
+            BranchOrigin::Mode { key, mode, .. } => self.marched(*key, *mode)?,
+            BranchOrigin::Threshold(onset) => self.at_threshold(onset)?,
+            BranchOrigin::Result(earlier) => self.earlier(earlier),
         };
         let Guess { z, scale: [unit, omega, key], memory, small } = guess;
         let mut equations = self.equations([unit, omega, key], memory);
@@ -209,7 +209,7 @@ impl Walker<'_, '_> {
         if small {
             state = state.towards(ahead);
         }
-        Ok(Start { number, scale: [unit, omega, equations.key[0]], state })
+        Ok(BranchStart { number, scale: [unit, omega, equations.key[0]], state })
     }
 
     /// The motion that the mode of the rank `mode` leads to at `key`, marched.
@@ -244,7 +244,7 @@ impl Walker<'_, '_> {
     /// The small motion along the mode that neither grows nor decays at a threshold of rest.
     fn at_threshold(&self, onset: &Onset) -> Result<Guess> {
         let (search, structure) = (self.search, self.structure);
-        let found = search.rest(onset.key, |problem| problem.analyse())?;
+        let found = search.with_problem(onset.key, |problem| problem.analyse())?;
         let mode = found.spectrum.eigenpairs.iter().filter(|e| e.frequency() > 0.0).nth(onset.mode);
         let Some(mode) = mode else {
             return Err(Error::NotConverged("limit cycles: the mode of the threshold is not found again".into()));
@@ -294,11 +294,6 @@ impl Walker<'_, '_> {
     }
 }
 
-
 fn memory_of(state: &State) -> ContactMemory {
-    ContactMemory {
-        reaction: state.reaction.clone(),
-        friction: state.friction.clone(),
-        approach: state.approach,
-    }
+    ContactMemory { reaction: state.reaction.clone(), friction: state.friction.clone(), approach: state.approach }
 }

@@ -2,24 +2,24 @@
 
 use super::follow::FollowedBranches;
 use super::sound::Sounds;
-use super::starts::Failed;
+use super::starts::FailedStart;
 use super::thresholds::{persistence, Persistence};
 use crate::cycles::{BranchPoint, Special, SpecialKind};
 use crate::job::Branches;
 use crate::output::datasets::branches::{OneBranch, Onset};
 use crate::summary::Summary;
 
-/// What the lines tell of.
-pub(super) struct Told<'a> {
+/// Subject of the lines.
+pub(super) struct BranchSummary<'a> {
     pub(super) wanted: &'a Branches,
     pub(super) branches: &'a FollowedBranches,
     pub(super) onsets: &'a [Onset],
     /// Velocities at the contact over the modal ones, `[6][m]`.
     pub(super) watch: &'a [Vec<f64>],
-    pub(super) failed: &'a [Failed],
+    pub(super) failed: &'a [FailedStart],
 }
 
-impl Told<'_> {
+impl BranchSummary<'_> {
     /// Writes the lines.
     pub(super) fn write(&self, sounds: Option<&Sounds>, summary: &mut Summary) {
         let key = &self.wanted.along;
@@ -115,7 +115,8 @@ impl Told<'_> {
         for p in &branch.points {
             if let Some(Special { kind, second }) = p.special {
                 let beat = if second > 0.0 { format!(", beats with {second:.3} Hz") } else { String::new() };
-                let text = format!("{key} = {:.7}, {:.3} Hz, {:.4e} J{beat}", p.key, p.cycle.frequency, p.cycle.kinetic);
+                let text =
+                    format!("{key} = {:.7}, {:.3} Hz, {:.4e} J{beat}", p.key, p.cycle.frequency, p.cycle.kinetic);
                 summary.value(kind.name(), text);
             }
         }

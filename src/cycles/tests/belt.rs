@@ -43,7 +43,12 @@ impl Modes {
     }
 }
 
-fn equations<'e, 'a>(belt: &'e Belt, structure: &'e Structure<'a>, resolution: Resolution, v: f64) -> Equations<'e, 'a> {
+fn equations<'e, 'a>(
+    belt: &'e Belt,
+    structure: &'e Structure<'a>,
+    resolution: Resolution,
+    v: f64,
+) -> Equations<'e, 'a> {
     let mu = belt.at(v).unwrap().settings.friction.coefficient(v);
     let memory = ContactMemory { reaction: vec![-mu * LOAD, 0.0, LOAD], friction: vec![mu], approach: LOAD * SOFT };
     // The motion is measured by that whose velocity is that of the belt.
@@ -71,10 +76,12 @@ fn smooth(equations: &mut Equations<'_, '_>, amplitude: f64) -> (f64, Vec<f64>, 
     (equations.key_of(&found.u), found.u, found.cycle, jacobian.unwrap())
 }
 
-/// A stepper in the cycle, moved by `change` (m/s).
+/// A stepper in the cycle, with the velocity of the last mode changed by `change` (m/s).
 fn in_cycle<'a>(belt: &Belt, model: Model<'a>, v: f64, cycle: &PeriodicSolution, change: f64) -> Stepper<'a> {
     let [q, mut velocity] = cycle.state.clone();
-    velocity[0] += change;
+    if let Some(last) = velocity.last_mut() {
+        *last += change;
+    }
     let state = State {
         step: 0,
         q,
@@ -118,23 +125,34 @@ fn marching_leaves_an_unstable_cycle_at_the_rate_of_its_multiplier() {
     assert!((rate - told.re).abs() < 2e-4, "{rate} {told}");
 }
 
-/// A cycle with stick is come back to, and stays for two hundred periods.
+/// The stable cycle with stick at the velocity `v` of the belt.
+fn with_stick(
+    belt: &Belt,
+    (structure, model): (&Structure<'_>, &Model<'_>),
+    resolution: Resolution,
+    v: f64,
+) -> PeriodicSolution {
+    let mut stepper = marched(belt, model, v, 1.2 * v, 1.0);
+    let z = structure.follow(&mut stepper, RESOLUTION).unwrap();
+    let mut equations = equations(belt, structure, resolution, v);
+    let mut u: Vec<f64> = z.iter().map(|z| z / equations.unit).collect();
+    u.resize(equations.size(), 0.0);
+    u.extend([1.0, 0.0]);
+    equations.memory = ContactMemory::from_state(stepper.state());
+    solve(&mut equations, u, &mut None).unwrap().cycle
+}
+
+/// A motion beside a stable cycle with stick comes back to it, and stays for two hundred periods.
 #[test]
 fn marching_stays_in_a_stable_cycle() {
     let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
     let model = modes.model(&belt);
     let structure = Structure::new(model.clone()).unwrap();
     let v = 0.62;
-    let mut stepper = marched(&belt, &model, v, 1.2 * v, 1.0);
-    let z = structure.follow(&mut stepper, RESOLUTION).unwrap();
-    let mut equations = equations(&belt, &structure, RESOLUTION, v);
-    let mut u: Vec<f64> = z.iter().map(|z| z / equations.unit).collect();
-    u.extend([1.0, 0.0]);
-    equations.memory = ContactMemory::of(stepper.state());
-    let found = solve(&mut equations, u, &mut None).unwrap();
-    let values = multipliers(&structure, &belt.at(v).unwrap(), &found.cycle, RESOLUTION).unwrap();
+    let cycle = with_stick(&belt, (&structure, &model), RESOLUTION, v);
+    let values = multipliers(&structure, &belt.at(v).unwrap(), &cycle, RESOLUTION).unwrap();
     assert!(values.is_stable(), "{values:?}");
-    let mut stepper = in_cycle(&belt, model, v, &found.cycle, 1e-4);
+    let mut stepper = in_cycle(&belt, model, v, &cycle, 1e-2);
     let mut energy = Vec::new();
     for _ in 0..200 {
         let mut sum = 0.0;
@@ -144,9 +162,11 @@ fn marching_stays_in_a_stable_cycle() {
         }
         energy.push(sum);
     }
-    assert!((energy[199] / energy[150] - 1.0).abs() < 1e-6, "{:?}", &energy[190..]);
+    // The phase in the steps of the march, which drifts, changes the energy by less than 1e-4.
+    let apart = |e: &f64| (e / energy[199] - 1.0).abs();
+    assert!(energy[100..].iter().all(|e| apart(e) < 1e-4), "{:?}", &energy[100..]);
     // With all harmonics of the motion, of which the equations have twelve.
-    assert!((energy[199] / found.cycle.kinetic - 1.0).abs() < 1e-3, "{} {}", energy[199], found.cycle.kinetic);
+    assert!((energy[199] / cycle.kinetic - 1.0).abs() < 1e-3, "{} {}", energy[199], cycle.kinetic);
 }
 
 /// Without stick the steps are of second order, by four each time that they are halved.
@@ -179,7 +199,8 @@ fn kernel_is_the_derivative_of_the_contact_forces() {
     let change: Vec<f64> = (0..resolution.samples).map(|n| (2.0 * PI * (2 * n + 2) as f64 / 100.0).cos()).collect();
     let part = |k: usize| (0..resolution.samples).map(|n| window[(n, k)] * change[n]).sum::<f64>();
     let parts: Vec<f64> = (0..window.ncols()).map(part).collect();
-    let sum = |b: usize| kernel.iter().map(|a| (0..parts.len()).map(|k| a[(b, k)] * parts[k]).sum::<f64>()).sum::<f64>();
+    let sum =
+        |b: usize| kernel.iter().map(|a| (0..parts.len()).map(|k| a[(b, k)] * parts[k]).sum::<f64>()).sum::<f64>();
     let linear: Vec<f64> = (0..parts.len()).map(sum).collect();
     let amplitude = u[1].abs() * v / OMEGA;
     let mut ends = Vec::new();
@@ -206,20 +227,22 @@ fn bessel(n: i32, x: f64) -> f64 {
     (0..steps).map(sum).sum::<f64>() / steps as f64
 }
 
-/// The special points of the branch from a small cycle on, with a second mode.
-fn with_second_mode(frequency: f64, damping: f64) -> Vec<BranchPoint> {
+/// The branch from a small cycle on, with a second mode.
+fn with_second_mode(frequency: f64, damping: f64) -> (Vec<BranchPoint>, Modes) {
     let belt = Belt::new();
     let modes = Modes::new(&[OMEGA, 2.0 * PI * frequency], &[DAMPING, damping]);
     let structure = Structure::new(modes.model(&belt)).unwrap();
-    let resolution = Resolution { harmonics: 6, samples: 120 };
+    let resolution = Resolution { harmonics: 6, samples: 240 };
     let mut equations = equations(&belt, &structure, resolution, onset());
     let (key, u, cycle, jacobian) = smooth(&mut equations, 0.1);
     let values = multipliers(&structure, &belt.at(key).unwrap(), &cycle, resolution).unwrap();
     let start = BranchPoint { key, u, cycle, multipliers: Some(values), special: None };
     let extent = BranchExtent { range: [0.3, 0.64], most: 40, longest: 0.1, located: 1e-6, stability: true };
     let mut branch = BranchState::new(start, jacobian, true, &extent);
-    follow(&mut equations, &mut branch, &extent, &mut |_| Ok(true)).unwrap();
-    branch.points
+    let found = |p: &BranchPoint| p.special.is_some_and(|s| matches!(s.kind, SpecialKind::Torus | SpecialKind::Flip));
+    follow(&mut equations, &mut branch, &extent, &mut |state| Ok(!state.points.iter().any(found))).unwrap();
+    drop(structure);
+    (branch.points, modes)
 }
 
 /// In the cycle of the first mode, x = a/0.3 m/s large in velocity, friction feeds a second mode more than the first
@@ -228,18 +251,30 @@ fn with_second_mode(frequency: f64, damping: f64) -> Vec<BranchPoint> {
 #[test]
 fn second_mode_makes_a_torus_or_a_flip() {
     let (frequency, damping) = (163.0, 15.5);
-    let points = with_second_mode(frequency, damping);
-    let text: Vec<String> =
-        points.iter().map(|p| format!("{:.6} {:?} {:?}", p.key, p.special, p.multipliers.as_ref().map(|m| m.values[0]))).collect();
-    let torus = points.iter().find(|p| p.special.is_some_and(|s| s.kind == SpecialKind::Torus)).expect(&text.join("\n"));
-    let x = |p: &BranchPoint| (4.0 * p.cycle.kinetic).sqrt() / FALL;
-    let ratio = bessel(0, x(torus)) * x(torus) / (2.0 * bessel(1, x(torus)));
-    assert!((ratio * DAMPING / damping - 1.0).abs() < 0.01, "{ratio} {text:#?}");
-    // Beside two waves of the first frequency.
+    let (points, modes) = with_second_mode(frequency, damping);
+    let torus = points.iter().find(|p| p.special.is_some_and(|s| s.kind == SpecialKind::Torus)).expect("a torus");
+    let x = (4.0 * torus.cycle.kinetic).sqrt() / FALL;
+    let ratio = bessel(0, x) * x / (2.0 * bessel(1, x));
+    assert!((ratio * DAMPING / damping - 1.0).abs() < 0.01, "{ratio}");
+    // Two waves of the first frequency less one of the second, which friction shifts a little.
     let beat = 2.0 * torus.cycle.frequency - frequency;
     let second = torus.special.unwrap().second.abs();
-    assert!((second - beat).abs() < 0.1, "{second} Hz, expected {beat} Hz");
-    let points = with_second_mode(1.5 * torus.cycle.frequency, damping);
+    assert!((second - beat).abs() < 0.2, "{second} Hz, expected {beat} Hz");
+    // As it is marched, period by period: places d obey d_(k+1) + d_(k-1) = 2 cos θ d_k.
+    let belt = Belt::new();
+    let mut stepper = in_cycle(&belt, modes.model(&belt), torus.key, &torus.cycle, 1e-5);
+    let mut places = Vec::new();
+    for _ in 0..120 {
+        for _ in 0..torus.cycle.force.len() {
+            stepper.advance().unwrap();
+        }
+        places.push(stepper.state().q[1]);
+    }
+    let gone: Vec<f64> = places.windows(2).map(|p| p[1] - p[0]).collect();
+    let sums = gone.windows(3).fold([0.0, 0.0], |s, d| [s[0] + d[1] * (d[0] + d[2]), s[1] + d[1] * d[1]]);
+    let marched = (0.5 * sums[0] / sums[1]).acos() / (2.0 * PI) * torus.cycle.frequency;
+    assert!((marched - second).abs() < 0.02, "{second} Hz, marched {marched} Hz");
+    let (points, _) = with_second_mode(1.5 * torus.cycle.frequency, damping);
     let kinds: Vec<_> = points.iter().filter_map(|p| p.special.map(|s| s.kind)).collect();
     assert!(kinds.contains(&SpecialKind::Flip), "{kinds:?}");
 }

@@ -47,7 +47,7 @@ pub struct OneBranch {
     pub start: usize,
     /// Why it ends on both sides.
     pub ends: [String; 2],
-    /// Where it was begun, in words.
+    /// Its beginning, in words.
     pub origin: String,
     /// Unit of the motion, m √kg.
     pub unit: f64,
@@ -234,11 +234,13 @@ impl BranchTables<'_> {
             rows("reaction", "N", "Contact forces (x, y, n) at the phase where marches begin.", &[3 * n], {
                 list(&|p| p.cycle.begin.reaction.clone())
             }),
-            rows("friction", "1", "Coefficients of friction there; without columns where friction is constant.", &[
-                memory,
-            ], {
-                list(&|p| p.cycle.begin.friction.clone())
-            }),
+            rows(
+                "friction",
+                "1",
+                "Coefficients of friction there; without columns where friction is constant.",
+                &[memory],
+                { list(&|p| p.cycle.begin.friction.clone()) },
+            ),
             rows("approach", "m", "Approach there.", &[], list(&|p| vec![p.cycle.begin.approach])),
             rows("key", "-", "Value of the key.", &[], list(&|p| vec![p.key])),
             rows("frequency", "Hz", "Frequency.", &[], list(&|p| vec![p.cycle.frequency])),
@@ -308,9 +310,9 @@ impl EarlierCycle {
             values[place * width..(place + 1) * width].to_vec()
         };
         let z = row(coefficient);
-        let displacement = z.chunks_exact(r).map(|z| {
-            (0..3 * n).map(|i| z.iter().zip(&basis[r * i..]).map(|(z, b)| z * b).sum()).collect::<Vec<f64>>()
-        });
+        let displacement = z
+            .chunks_exact(r)
+            .map(|z| (0..3 * n).map(|i| z.iter().zip(&basis[r * i..]).map(|(z, b)| z * b).sum()).collect::<Vec<f64>>());
         let displacement: Vec<Vec<f64>> = displacement.take(parts).collect();
         let one = |name: &str| read(name).map(|(_, values)| values[place]);
         Ok(Self {
