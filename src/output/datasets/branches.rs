@@ -239,7 +239,7 @@ impl BranchTables<'_> {
                 "1",
                 "Coefficients of friction there; without columns where friction is constant.",
                 &[memory],
-                { list(&|p| p.cycle.begin.friction.clone()) },
+                list(&|p| p.cycle.begin.friction.clone()),
             ),
             rows("approach", "m", "Approach there.", &[], list(&|p| vec![p.cycle.begin.approach])),
             rows("key", "-", "Value of the key.", &[], list(&|p| vec![p.key])),
