@@ -72,6 +72,9 @@ impl BranchSummary<'_> {
         if one.to == one.onset.key {
             return format!("{of}{begins}, and ends there on the way back");
         }
+        if (one.to > one.onset.key) == one.onset.above {
+            return format!("{of}{begins}; cycles were followed {way} to {key} = {:.7} and no further", one.to);
+        }
         let bound = match one.bound {
             Some(kind) => format!(" ({})", kind.name()),
             None => " or beyond (followed no further)".into(),

@@ -1,6 +1,6 @@
 //! Thresholds of squeal in words: where it starts by itself, how far it persists, and the push that starts it between.
 
-use crate::cycles::{BranchPoint, SpecialKind};
+use crate::cycles::{BranchEnd, BranchPoint, SpecialKind};
 use crate::output::datasets::branches::{OneBranch, Onset};
 
 /// A range of the key where rest is stable and squeal goes on once it was started.
@@ -50,7 +50,10 @@ fn of_branch(branch: usize, one: &OneBranch, onset: &Onset, watch: &[Vec<f64>]) 
     let end = run.iter().copied().max_by(|&a, &b| beyond(one.points[a].key).total_cmp(&beyond(one.points[b].key)))?;
     let to = one.points[end].key;
     if beyond(to) <= 0.0 {
-        return Some(Persistence { branch, onset: *onset, to: onset.key, bound: None, push: None });
+        // It ends at the threshold only where it ends at rest.
+        let side = if one.points.first().is_some_and(|p| p.key == to) { 0 } else { 1 };
+        let to = if one.ends[side] == BranchEnd::Rest.text() { onset.key } else { to };
+        return Some(Persistence { branch, onset: *onset, to, bound: None, push: None });
     }
     let push = push_at(one, 0.5 * (to + onset.key), watch);
     Some(Persistence { branch, onset: *onset, to, bound: bounds(&one.points[end]).map(|s| s.kind), push })
