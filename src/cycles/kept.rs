@@ -53,7 +53,7 @@ impl Numbers<'_> {
 
     fn count(&mut self) -> Option<usize> {
         let count = self.one()?;
-        (count >= 0.0 && count <= 1e15 && count.fract() == 0.0).then_some(count as usize)
+        ((0.0..=1e15).contains(&count) && count.fract() == 0.0).then_some(count as usize)
     }
 
     fn list(&mut self) -> Option<Vec<f64>> {

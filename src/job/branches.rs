@@ -127,8 +127,12 @@ impl Job {
         put(&mut contact, &path.split('.').collect::<Vec<_>>(), Value::Number(number), "analyses.cycles.along")?;
         let mut contact: Contact = serde_json::from_value(contact).map_err(|e| refused(e.to_string()))?;
         contact.in_equilibrium = self.contact.as_ref().is_some_and(|c| c.in_equilibrium);
-        let job = Self { contact: Some(contact), ..self.clone() };
-        match validate(&job).into_iter().next() {
+        let mut job = Self { contact: Some(contact), ..self.clone() };
+        // The range is that of the branch: a step that leaves it is no fault of the job.
+        let cycles = job.analyses.cycles.take();
+        let fault = validate(&job).into_iter().next();
+        job.analyses.cycles = cycles;
+        match fault {
             Some(fault) => Err(refused(fault)),
             None => Ok(job),
         }

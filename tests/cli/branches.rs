@@ -167,13 +167,17 @@ fn a_branch_ends_where_the_model_does() {
     let mut cycles = quick();
     // Beyond, the contact reaches the border of the patch.
     cycles["along"] = json!("contact.normal_load");
-    (cycles["from"], cycles["to"], cycles["most"]) = (json!(50e3), json!(2e6), json!(8));
+    (cycles["from"], cycles["to"], cycles["most"]) = (json!(250e3), json!(2e6), json!(30));
+    cycles["stability"] = json!(false);
     cycles["longest"] = json!(1.0);
     let mut job = job(cycles);
     job["contact"]["patch"] = json!({ "half_length": 0.0085, "half_width": 0.0085 });
+    job["contact"]["normal_load"] = json!(300e3);
     let folder = Folder::with(job.to_string());
     let ran = folder.call(1, "run", &["--output", &folder.text("end.h5")]);
-    assert!(ran.good().out.contains("where the model ends"), "{}", ran.out);
+    let out = &ran.good().out;
+    assert!(out.contains("where the model ends") && out.contains("at the border of the patch"), "{out}");
+    assert!(out.contains("first end") && out.contains("= 250000.0000000, at the end of the range"), "{out}");
 }
 
 #[test]

@@ -274,7 +274,9 @@ fn second_mode_makes_a_torus_or_a_flip() {
     let sums = gone.windows(3).fold([0.0, 0.0], |s, d| [s[0] + d[1] * (d[0] + d[2]), s[1] + d[1] * d[1]]);
     let marched = (0.5 * sums[0] / sums[1]).acos() / (2.0 * PI) * torus.cycle.frequency;
     assert!((marched - second).abs() < 0.02, "{second} Hz, marched {marched} Hz");
-    let (points, _) = with_second_mode(1.5 * torus.cycle.frequency, damping);
+    // With the shift it is in step with the cycle after two periods.
+    let shifted = 1.5 * (torus.cycle.frequency + (second - beat) / 1.63);
+    let (points, _) = with_second_mode(shifted, damping);
     let kinds: Vec<_> = points.iter().filter_map(|p| p.special.map(|s| s.kind)).collect();
     assert!(kinds.contains(&SpecialKind::Flip), "{kinds:?}");
 }
