@@ -161,13 +161,12 @@ fn other_starts_lead_to_the_same_branch() {
     refused(json!({ "file": model, "cycle": 0 }), lateral, &["results[0]", "found no /cycles/motion"]);
 }
 
-/// A branch that leaves what the model holds ends there, with its reason, and the run is good.
+/// A branch ends where its range does; under a large load the contact opens and closes at nodes in the period.
 #[test]
-fn a_branch_ends_where_the_model_does() {
+fn a_branch_over_the_load_ends_with_its_range() {
     let mut cycles = quick();
-    // Beyond, the contact reaches the border of the patch.
     cycles["along"] = json!("contact.normal_load");
-    (cycles["from"], cycles["to"], cycles["most"]) = (json!(250e3), json!(2e6), json!(30));
+    (cycles["from"], cycles["to"], cycles["most"]) = (json!(280e3), json!(305e3), json!(30));
     cycles["stability"] = json!(false);
     cycles["longest"] = json!(1.0);
     let mut job = job(cycles);
@@ -176,8 +175,11 @@ fn a_branch_ends_where_the_model_does() {
     let folder = Folder::with(job.to_string());
     let ran = folder.call(1, "run", &["--output", &folder.text("end.h5")]);
     let out = &ran.good().out;
-    assert!(out.contains("where the model ends") && out.contains("at the border of the patch"), "{out}");
-    assert!(out.contains("first end") && out.contains("= 250000.0000000, at the end of the range"), "{out}");
+    for part in
+        ["= 280000.0000000, at the end of the range", "= 305000.0000000, at the end of the range", "first opening"]
+    {
+        assert!(out.contains(part), "no {part:?} in\n{out}");
+    }
 }
 
 #[test]

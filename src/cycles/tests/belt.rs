@@ -281,6 +281,36 @@ fn second_mode_makes_a_torus_or_a_flip() {
     assert!(kinds.contains(&SpecialKind::Flip), "{kinds:?}");
 }
 
+/// Belts that are not faster than a limit, m/s.
+struct Slow(Belt, f64);
+
+impl Family for Slow {
+    fn at(&self, key: f64) -> crate::Result<Conditions> {
+        match key <= self.1 {
+            true => self.0.at(key),
+            false => Err(crate::Error::Job(format!("the belt is not faster than {} m/s", self.1))),
+        }
+    }
+}
+
+/// A branch ends where the model does not hold, with the reason.
+#[test]
+fn branch_ends_with_the_reason_where_the_model_does() {
+    let (slow, modes) = (Slow(Belt::new(), 0.55), Modes::new(&[OMEGA], &[DAMPING]));
+    let structure = Structure::new(modes.model(&slow.0)).unwrap();
+    let resolution = Resolution { harmonics: 6, samples: 100 };
+    let mut equations = Equations { family: &slow, ..equations(&slow.0, &structure, resolution, onset()) };
+    let (key, u, cycle, jacobian) = smooth(&mut equations, 0.1);
+    let start = BranchPoint { key, u, cycle, multipliers: None, special: None };
+    let extent = BranchExtent { range: [0.3, 0.9], most: 60, longest: 0.2, located: 1e-6, stability: false };
+    let mut branch = BranchState::new(start, jacobian, true, &extent);
+    follow(&mut equations, &mut branch, &extent, &mut |_| Ok(true)).unwrap();
+    let why = branch.end.as_ref().map(BranchEnd::text).unwrap_or_default();
+    assert!(why.contains("where the model ends: the belt is not faster than 0.55 m/s"), "{why}");
+    let last = branch.points.last().unwrap().key;
+    assert!(branch.points.len() > 2 && last > 0.549 && last <= 0.55, "{last}");
+}
+
 /// Shorter steps find the same fold, and the branch comes back through the same cycles.
 #[test]
 fn branch_does_not_depend_on_the_length_of_its_steps() {
