@@ -31,7 +31,8 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if not Branches.present(result):
         return []
     branch = Branches.of(result)
-    axis = quantity(branch.along, result.units("cycles/key"), body_words(result.job)).axis
+    key = quantity(branch.along, result.units("cycles/key"), body_words(result.job))
+    place = key.factor * branch.key
     shown = [
         (branch.kinetic, "mean kinetic\nenergy / J"),
         (1e3 * branch.velocity(), "velocity at the contact,\nrms / (mm/s)"),
@@ -48,19 +49,19 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
                 continue
             broken = max(branch.unstable[k], branch.unstable[k + 1]) > 0
             color = COLORS[int(branch.branch[k]) % len(COLORS)]
-            axes.plot(branch.key[k : k + 2], values[k : k + 2], color=color, linestyle="--" if broken else "-")
+            axes.plot(place[k : k + 2], values[k : k + 2], color=color, linestyle="--" if broken else "-")
         for k, kind in enumerate(branch.special):
             if kind in MARKS:
                 mark, color = MARKS[kind]
-                axes.plot(branch.key[k], values[k], mark, color=color, markersize=6)
+                axes.plot(place[k], values[k], mark, color=color, markersize=6)
         for number, first in enumerate(branch.start):
             color = COLORS[number % len(COLORS)]
-            axes.plot(branch.key[first], values[first], "o", color=color, markerfacecolor="white", markersize=6)
+            axes.plot(place[first], values[first], "o", color=color, markerfacecolor="white", markersize=6)
         axes.set_ylabel(label)
         axes.ticklabel_format(axis="y", useOffset=False)
-        for key in branch.onset_key[branch.onset_mode == 0]:
-            axes.axvline(key, color=GREY, linestyle=":", linewidth=1)
-    panels[-1].set_xlabel(axis)
+        for onset in key.factor * branch.onset_key[branch.onset_mode == 0]:
+            axes.axvline(onset, color=GREY, linestyle=":", linewidth=1)
+    panels[-1].set_xlabel(key.axis)
     panels[0].set_title(heading(result) + "branches of limit cycles")
     handles = [Line2D([], [], color=BLUE, label="stable" if (branch.unstable >= 0).any() else "cycles")]
     if (branch.unstable > 0).any():

@@ -13,11 +13,12 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
     if not Branches.present(result):
         return []
     branch = Branches.of(result)
-    axis = quantity(branch.along, result.units("cycles/key"), body_words(result.job)).axis
+    quantities = quantity(branch.along, result.units("cycles/key"), body_words(result.job))
+    axis, factor = quantities.axis, quantities.factor
     parts = ['<h2 id="branches">Limit cycles as solutions</h2>']
     sides = {1: "above", 0: "below"}
     onsets = [
-        (digits(key, "{:.6f}"), sides[int(above)], digits(frequency, "{:.3f}"))
+        (digits(factor * key, "{:.6f}"), sides[int(above)], digits(frequency, "{:.3f}"))
         for key, above, frequency, mode in zip(
             branch.onset_key, branch.onset_above, branch.onset_frequency, branch.onset_mode
         )
@@ -28,7 +29,7 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
     cells = [
         (
             branch.special[k],
-            digits(branch.key[k], "{:.6f}"),
+            digits(factor * branch.key[k], "{:.6f}"),
             digits(branch.frequency[k], "{:.3f}"),
             digits(branch.kinetic[k], "{:.4g}"),
             digits(branch.second_frequency[k], "{:.3f}") if branch.special[k] == "torus" else "",
@@ -41,7 +42,7 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
         head = ("special point", axis, "frequency, Hz", "energy, J", "second frequency, Hz")
         parts += ["<h3>Special points of the branches</h3>", table(head, rows), more]
     ends = [
-        (origin, digits(branch.key[branch.places(number)[k]], "{:.6f}"), text)
+        (origin, digits(factor * branch.key[branch.places(number)[k]], "{:.6f}"), text)
         for number, (origin, both) in enumerate(zip(branch.origin, branch.end))
         for k, text in zip((0, -1), both)
     ]
