@@ -10,12 +10,12 @@ use cli::args::{beside, completion, default_job, manual, Changes, Cli, Command};
 use cli::{init, isolated_reader, launch, rank_watchdog, results, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
-use railsqueal::analysis::{self, RunOptions};
+use railsqueal::analysis::{self, job_of_branches, RunOptions};
 use railsqueal::case::{curving, mesh_preview, own_contact, preflight, Meshes};
 use railsqueal::error::printable;
 use railsqueal::job::{self, fe_inputs, Job};
 use railsqueal::memory::Limit;
-use railsqueal::output::job_of_run;
+use railsqueal::output::{companion, job_of_run, MODEL};
 use railsqueal::parallel::World;
 use railsqueal::petsc::session::Petsc;
 use railsqueal::plan::{self, Plan};
@@ -138,7 +138,10 @@ fn parallel(command: Result<Command>, speaks: bool) -> i32 {
         Command::Run { job: path, changes, output, force, reuse, resume, wall_time, petsc } => {
             let source = path.clone().or(resume.clone()).unwrap_or_default();
             let job = match (&path, &resume) {
-                (None, Some(result)) => read(&world, &source, &changes, || job_of_run(result)),
+                (None, Some(result)) => read(&world, &source, &changes, || match job_of_branches(result) {
+                    Some(path) => job::read_file(&path),
+                    None => job_of_run(result),
+                }),
                 _ => read(&world, &source, &changes, || job::read_file(&source)),
             };
             job.and_then(|job| {
@@ -146,12 +149,15 @@ fn parallel(command: Result<Command>, speaks: bool) -> i32 {
                     Some(output) => output,
                     None => beside(&source)?,
                 };
+                // Branches of limit cycles keep what is done themselves; bodies are those of the model that is left.
+                let branches = resume.is_some() && job.analyses.transient.is_none() && job.analyses.cycles.is_some();
+                let left = Some(companion(&output, MODEL)).filter(|model| branches && model.is_file());
                 let options = RunOptions {
                     job: path,
-                    resume: resume.is_some(),
+                    resume: resume.is_some() && !branches,
                     output,
-                    force,
-                    reuse,
+                    force: force || branches,
+                    reuse: reuse.or(left),
                     command: std::env::args_os().map(lossy).collect(),
                     versions: versions::versions(),
                     wall_time,
@@ -204,10 +210,10 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String], stop: &
     if options.wall_time.is_some_and(|s| !(s > 0.0 && s.is_finite())) {
         return Err(Error::Job("--wall-time: expected a number of seconds > 0".into()));
     }
-    if options.wall_time.is_some() && job.analyses.transient.is_none() {
+    if options.wall_time.is_some() && job.analyses.transient.is_none() && job.analyses.cycles.is_none() {
         return Err(Error::Job(
-            "--wall-time: only a transient stops by itself and saves its state; the job has no \
-             analyses.transient: leave the option out"
+            "--wall-time: only a transient and branches of limit cycles stop by themselves and save their state; the \
+             job has neither analyses.transient nor analyses.cycles: leave the option out"
                 .into(),
         ));
     }

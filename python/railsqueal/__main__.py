@@ -96,9 +96,10 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument("file", type=Path, metavar="FILE", help="FILE.h5 or one of its .vtkhdf sequences")
     one.add_argument(
         "--format",
-        choices=("vtu", "xdmf"),
+        choices=("vtu", "xdmf", "csv"),
         default="vtu",
-        help="vtu: a file a step and a .pvd; xdmf: one and its .h5 (default vtu)",
+        help="vtu: a file a step and a .pvd; xdmf: one and its .h5; csv: a table of the branches of limit cycles "
+        "(default vtu)",
     )
     one.add_argument("--out", type=Path, metavar="DIR", help="folder (default: beside the file)")
     return top

@@ -1,6 +1,8 @@
-"""Fields on the joined mesh as VTU (with a PVD for sequences) or XDMF, for programs that do not read VTKHDF."""
+"""Fields on the joined mesh as VTU (with a PVD for sequences) or XDMF, for programs that do not read VTKHDF; branches
+of limit cycles as CSV."""
 
 import base64
+import csv
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +12,8 @@ from numpy.typing import NDArray
 
 from .errors import WRITING, ResultError
 from .mesh import Fields, Mesh
+from .result import Result
+from .tables import Branches
 
 VTK_TYPES = {"f4": "Float32", "f8": "Float64", "i1": "Int8", "u1": "UInt8", "i4": "Int32", "i8": "Int64"}
 # Names of cells in XDMF by VTK's number; all cells of a mesh must be of one kind for it.
@@ -28,11 +32,47 @@ def write(path: Path, directory: Path, form: str) -> list[Path]:
     """Writes all fields and steps of a result file or a sequence; the files, the one to open first."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
+        if form == "csv":
+            with Result(path) as result:
+                return [branches(result, directory / (path.name.removesuffix(".h5") + "-branches.csv"))]
         with Fields(path) as fields:
             stem = directory / path.name.removesuffix(".h5").removesuffix(".vtkhdf")
             return vtu(fields, stem) if form == "vtu" else xdmf(fields, stem)
     except OSError as error:
         raise ResultError(f"cannot write to {directory}: {error}", WRITING) from error
+
+
+def branches(result: Result, path: Path) -> Path:
+    """Branches of limit cycles as a table of values separated by commas, one row a cycle."""
+    found = Branches.of(result)
+    key = found.along.replace(".", "_")
+    names = ["branch", key, "frequency_Hz", "kinetic_J", "velocity_rms_m/s", "stick_mean", "stick_largest"]
+    names += ["normal_least_N", "normal_largest_N", "unstable", "multiplier_largest", "special", "second_frequency_Hz"]
+    levels = list(found.level_a.items())
+    names += [f"level_{body}_dB(A)" for body, _ in levels]
+    velocity = found.velocity()
+    with path.open("w", newline="", encoding="utf-8") as file:
+        rows = csv.writer(file)
+        rows.writerow(names)
+        for k in range(len(found.key)):
+            numbers = [
+                found.key[k],
+                found.frequency[k],
+                found.kinetic[k],
+                velocity[k],
+                *found.stick[k],
+                *found.normal[k],
+            ]
+            largest = abs(found.multiplier[k, 0])
+            last = [
+                int(found.unstable[k]),
+                repr(float(largest)),
+                found.special[k],
+                repr(float(found.second_frequency[k])),
+            ]
+            sounds = [repr(float(level[k])) for _, level in levels]
+            rows.writerow([int(found.branch[k]), *(repr(float(v)) for v in numbers), *last, *sounds])
+    return path
 
 
 def point_fields(fields: Fields, step: int) -> dict[str, NDArray[Any]]:

@@ -358,7 +358,7 @@ class Sweep(Table):
 
 @dataclass(frozen=True)
 class Branches(Table):
-    """A branch of limit cycles over a key, from one end to the other."""
+    """Branches of limit cycles over a key, one after the other, each from one end to the other."""
 
     needs: ClassVar[str] = "cycles/key"
     analysis: ClassVar[str] = "cycles"
@@ -375,16 +375,21 @@ class Branches(Table):
     unstable: Integers  # [p], multipliers outside the unit circle, -1 where they were not computed
     special: list[str]  # [p], kind of a special point, empty of an ordinary cycle
     second_frequency: Floats  # [p], Hz
-    start: int  # place of the cycle that was marched
-    end: list[str]  # why the branch ends, on both sides
-    onset_key: Floats  # [o], where the stability of rest changes
+    branch: Integers  # [p], number of the branch
+    start: Integers  # [b], place of the cycle that each branch was begun with
+    origin: list[str]  # [b], where it was begun
+    end: list[list[str]]  # [b][2], why it ends, on both sides
+    onset_key: Floats  # [o], where a mode of rest begins to grow, or ceases to
     onset_frequency: Floats  # [o], Hz
-    onset_above: Integers  # [o], 1 where rest is unstable above
+    onset_above: Integers  # [o], 1 where it grows above
+    onset_mode: Integers  # [o], modes that grow on both sides: 0 where rest loses its stability
+    level_a: dict[str, Floats]  # A-weighted sound power level of each body that is heard, [p], dB re 1 pW
 
     @classmethod
     def of(cls, result: Result) -> Self:
-        """The branch of a result."""
+        """The branches of a result."""
         cls.expect(result)
+        ends = [str(t) for t in np.char.decode(np.asarray(result["cycles/end"], dtype=bytes), "utf-8").ravel()]
         return cls(
             result.texts("cycles/along")[0],
             result.array("cycles/key"),
@@ -398,12 +403,32 @@ class Branches(Table):
             result.integers("cycles/unstable"),
             result.texts("cycles/special"),
             result.array("cycles/second_frequency"),
-            int(np.asarray(result["cycles/start"])),
-            result.texts("cycles/end"),
+            result.integers("cycles/branch"),
+            result.integers("cycles/start"),
+            result.texts("cycles/origin"),
+            [ends[k : k + 2] for k in range(0, len(ends), 2)],
             result.array("cycles/onset/key"),
             result.array("cycles/onset/frequency"),
             result.integers("cycles/onset/above"),
+            result.integers("cycles/onset/mode"),
+            {
+                b: result.array(path)
+                for b in BODIES.values()
+                if (path := f"cycles/sound_power/{b}/total_level_a") in result
+            },
         )
+
+    def places(self, branch: int) -> list[int]:
+        """Rows of a branch."""
+        return [int(k) for k in np.flatnonzero(self.branch == branch)]
+
+    def velocity(self) -> Floats:
+        """Root mean square of the velocity at the contact of the body that moves faster, [p], m/s."""
+        return np.sqrt((self.velocity_rms**2).sum(axis=2)).max(axis=1)
+
+    def loudest(self) -> Floats | None:
+        """A-weighted sound power level of the louder body, [p], dB re 1 pW; none where no sound was asked for."""
+        return np.max(list(self.level_a.values()), axis=0) if self.level_a else None
 
 
 @dataclass(frozen=True)

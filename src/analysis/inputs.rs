@@ -16,6 +16,9 @@ fn inputs(job: &Job, options: &RunOptions) -> Vec<(String, PathBuf)> {
         all.push(("the file of --reuse".into(), file.clone()));
         all.push(("the mode shapes that go with the file of --reuse".into(), reuse::shapes::file(file)));
     }
+    for (k, start) in job.analyses.cycles.iter().flat_map(|c| c.starts.results.iter().enumerate()) {
+        all.push((format!("analyses.cycles.starts.results[{k}].file"), start.file.clone()));
+    }
     let points = job.sweep.as_ref().map(|s| s.points.iter()).into_iter().flatten();
     for job in std::iter::once(job).chain(points) {
         for (name, body) in job.bodies() {

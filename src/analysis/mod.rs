@@ -37,6 +37,7 @@ use run_state::RunState;
 use std::path::PathBuf;
 use steps::{is_heard, steps, PriorRun, Step};
 
+pub use cycles::job_of as job_of_branches;
 pub use run::Run;
 
 /// Options of the command line beside the job.
@@ -86,6 +87,7 @@ fn wanted(job: &Job) -> Vec<(&'static str, Capability)> {
         ("transient.points", transient(&|t| !t.points.is_empty()), Capability::Fields),
         ("transient.sound_power", transient(&|t| t.sound_power.is_some()), Capability::Surface),
         ("sweep.cycles.sound_power", cycles.is_some_and(|c| c.sound_power.is_some()), Capability::Surface),
+        ("cycles.sound_power", a.cycles.as_ref().is_some_and(|c| c.sound_power.is_some()), Capability::Surface),
         ("transient.body_stride", transient(&|t| t.body_stride > 0), Capability::Fields),
     ];
     all.into_iter().filter(|w| w.1).map(|(key, _, what)| (key, what)).collect()
@@ -115,6 +117,7 @@ fn capable(job: &Job) -> Result<()> {
         let (of_transient, of_cycles) = (&job.analyses.transient, &job.analyses.sweep);
         let sounding = match key {
             "transient.sound_power" => of_transient.as_ref().and_then(|t| t.sound_power.as_ref()),
+            "cycles.sound_power" => job.analyses.cycles.as_ref().and_then(|c| c.sound_power.as_ref()),
             _ => of_cycles.as_ref().and_then(|s| s.cycles.as_ref()).and_then(|c| c.sound_power.as_ref()),
         };
         let sounding = sounding.map(|s| &s.bodies);
@@ -291,7 +294,10 @@ fn perform(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
     if is_heard(run.job) && earlier.reuse && !earlier.shapes && !all.contains(&Step::Modes) {
         return Err(Error::Job(format!(
             "{}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run without --reuse",
-            sweep::SOUND
+            match run.job.analyses.cycles.as_ref().is_some_and(|c| c.sound_power.is_some()) {
+                true => cycles::SOUND,
+                false => sweep::SOUND,
+            }
         )));
     }
     let examined = examine(run, all.contains(&Step::Bodies));

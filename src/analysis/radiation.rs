@@ -245,6 +245,20 @@ impl Sounding {
         Ok(all)
     }
 
+    /// Power in each third octave, W, `[bodies × bands]`, of a periodic motion of the frequency `f` (Hz): `lines` are
+    /// the complex amplitudes of the modal velocities and of the force on body 1 at its multiples 1, 2, …,
+    /// `[..][m + 3]`.
+    pub fn powers_of_lines(&self, f: f64, lines: &[Vec<Complex64>]) -> Vec<f64> {
+        let of = |(_, channels, radiation): &(&'static str, Channels, Radiation)| {
+            // Columns become spectra and back: the signs of forces are those of a column.
+            let columns = channels.columns.clone().map(|j| lines.iter().map(|l| l[j]).collect()).collect();
+            let own = channels.own(columns);
+            let lines: Vec<Vec<Complex64>> = (0..lines.len()).map(|k| own.iter().map(|c| c[k]).collect()).collect();
+            radiation.of_lines(f, &lines)
+        };
+        self.parts.iter().flat_map(of).collect()
+    }
+
     /// The names of the bodies that are heard.
     pub fn names(&self) -> Vec<&'static str> {
         self.parts.iter().map(|p| p.0).collect()

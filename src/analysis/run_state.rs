@@ -101,7 +101,7 @@ impl<'s> RunState<'s> {
             },
             Step::Transient => self.transient(run),
             Step::Cycles => match &run.job.analyses.cycles {
-                Some(wanted) => cycles::run(run, wanted, self.model()?),
+                Some(wanted) => cycles::run(run, wanted, self.model()?, (&self.bodies, &self.modes)),
                 None => Ok(()),
             },
             Step::FreeSolvers => self.bodies.unique.iter_mut().try_for_each(|body| body.release()),

@@ -35,6 +35,8 @@ pub(crate) struct LimitCyclePoint<'a> {
     pub(crate) model: (&'a Interface, &'a CoupledModel),
     /// Quantities recorded for the sound.
     pub(crate) heard: Option<AmplitudeRecord>,
+    /// Rank, by growth rate, of the mode that the motion begins with: 0 for the most unstable one.
+    pub(crate) mode: usize,
 }
 
 /// Outcome of a point.
@@ -67,7 +69,7 @@ impl LimitCyclePoint<'_> {
         Ok(all)
     }
 
-    /// The motion of the point from that of the one `before`, or from its own most unstable mode.
+    /// The motion of the point from that of the one `before`, or from its own unstable mode.
     pub(crate) fn follow(&self, before: Option<Motion>) -> Result<Outcome> {
         let harmonics = self.cycles.harmonics as usize;
         let (Some(wanted), Some(contact)) = (&self.job.analyses.stability, &self.job.contact) else {
@@ -84,7 +86,7 @@ impl LimitCyclePoint<'_> {
         let model = ready.model(self.model.1);
         let (rest, settings) = ready.begin(&model, &rolling)?;
         let nodes = [found.contact.nodes.len(), found.spectrum.sticking];
-        let mode = found.spectrum.eigenpairs.iter().find(|e| e.frequency() > 0.0);
+        let mode = found.spectrum.eigenpairs.iter().filter(|e| e.frequency() > 0.0).nth(self.mode);
         let unstable = found.spectrum.eigenpairs.first().is_some_and(|e| grows(e.value, e.backward_error));
         let force = [0, 1, 2].map(|c| {
             let sum: f64 = rest.reaction.iter().skip(c).step_by(3).sum();

@@ -49,10 +49,10 @@ pub enum Command {
         /// Take modes and compliance from the result file of an earlier run with the same bodies
         #[arg(long, value_name = "FILE.h5")]
         reuse: Option<PathBuf>,
-        /// Continue a transient that was stopped, with this result file
+        /// Continue a transient, or branches of limit cycles, that were stopped, with this result file
         #[arg(long, value_name = "FILE.h5", conflicts_with_all = ["output", "force"])]
         resume: Option<PathBuf>,
-        /// Wall time, s, within which a transient stops by itself, its state saved
+        /// Wall time, s, within which a transient or branches of limit cycles stop by themselves, their state saved
         #[arg(long, value_name = "SECONDS")]
         wall_time: Option<f64>,
         /// PETSc options, after `--`
@@ -146,7 +146,7 @@ pub enum Command {
         #[arg(long, value_name = "FILE.wav")]
         out: Option<PathBuf>,
     },
-    /// Write the fields of a result or a sequence for programs that do not read VTKHDF
+    /// Write the fields of a result or a sequence for programs that do not read VTKHDF, or branches of limit cycles
     Export {
         /// Result file with fields, or one of its sequences (.vtkhdf)
         #[arg(value_name = "FILE")]
@@ -264,6 +264,8 @@ pub enum ExportFormat {
     Vtu,
     /// One file and its .h5; for meshes of one kind of cell
     Xdmf,
+    /// A table of the branches of limit cycles
+    Csv,
 }
 
 /// Kinds of bodies with a section.

@@ -1,5 +1,6 @@
 //! The equations of a cycle: the contact marched under a given motion, and the modes under the forces that it finds.
 
+use super::poles::Poles;
 use super::prescribed::{Prescribed, PrescribedMotion};
 use super::receptance::{discrete, harmonic};
 use crate::grid::Interface;
@@ -7,7 +8,8 @@ use crate::transient::low_rank_modes::factors;
 use crate::transient::stepper::{Settings, State, Stepper};
 use crate::transient::{Energy, Model, Scheme};
 use crate::{Error, Result};
-use faer::Mat;
+use faer::linalg::solvers::SolveLstsq;
+use faer::{Mat, MatRef};
 use std::cell::RefCell;
 use std::f64::consts::PI;
 use std::rc::Rc;
@@ -27,6 +29,11 @@ pub struct Structure<'a> {
     /// C, column by column, `[r][m]`.
     pub(super) mix: Vec<Vec<f64>>,
     zeros: Vec<f64>,
+    pub(super) poles: Poles,
+    /// Eigenvalues, 1/s, with ξ and β of [`Poles::at_contact`].
+    pub(super) contact_poles: Vec<(C, Vec<C>, Vec<C>)>,
+    /// Motion of what acts at the contact under the loads of the modes, `[r]`.
+    pub(super) loaded: Vec<C>,
 }
 
 impl<'a> Structure<'a> {
@@ -37,12 +44,37 @@ impl<'a> Structure<'a> {
             .ok_or_else(|| Error::Defect("limit cycles: the modes at the contact are no numbers".into()))?;
         let basis = Mat::from_fn(model.modes.nrows(), basis.len(), |i, k| basis[k][i]);
         let zeros = vec![0.0; mix.len()];
-        Ok(Self { model, basis, mix, zeros })
+        let poles = Poles::new(&model)?;
+        let contact_poles = poles.at_contact(&mix);
+        let mut new = Self { model, basis, mix, zeros, poles, contact_poles, loaded: Vec::new() };
+        let load: Vec<C> = new.model.load.iter().map(|l| C::new(*l, 0.0)).collect();
+        if !load.is_empty() {
+            new.loaded = new.at_contact(&new.response(0.0, &load)?);
+        }
+        Ok(new)
     }
 
     /// r.
     pub fn rank(&self) -> usize {
         self.mix.len()
+    }
+
+    /// Highest angular frequency of a mode, rad/s.
+    fn highest(&self) -> f64 {
+        self.model.omega.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// B, `[3n, r]`.
+    pub fn basis(&self) -> MatRef<'_, f64> {
+        self.basis.as_ref()
+    }
+
+    /// The motion of what acts at the contact, `[r]`, m √kg, whose displacements come nearest to `displacement`,
+    /// `[3n]`, m.
+    pub fn projected(&self, displacement: &[f64]) -> Vec<f64> {
+        let column = Mat::from_fn(self.basis.nrows(), 1, |i, _| displacement.get(i).copied().unwrap_or(0.0));
+        let found = self.basis.qr().solve_lstsq(column);
+        (0..self.rank()).map(|k| found[(k, 0)]).collect()
     }
 }
 
@@ -76,7 +108,7 @@ pub struct ContactMemory {
 }
 
 impl ContactMemory {
-    fn of(state: &State) -> Self {
+    pub(super) fn from_state(state: &State) -> Self {
         Self { reaction: state.reaction.clone(), friction: state.friction.clone(), approach: state.approach }
     }
 }
@@ -87,7 +119,14 @@ pub(super) struct Marched {
     pub(super) lack: Vec<f64>,
     /// The contact a period after the start.
     pub(super) memory: ContactMemory,
-    pub(super) cycle: PeriodicSolution,
+    /// Angular frequency, rad/s.
+    omega: f64,
+    /// Harmonics of the forces on what acts at the contact, `[N/2][r]`.
+    pushes: Vec<Vec<C>>,
+    /// See [`PeriodicSolution`].
+    force: Vec<[f64; 3]>,
+    nodes: Vec<[usize; 2]>,
+    contact: ContactMemory,
 }
 
 /// A cycle.
@@ -122,6 +161,18 @@ impl PeriodicSolution {
         [[0, 1, 2].map(rms), mean]
     }
 
+    /// Complex amplitudes at the multiples 1, 2, … of the frequency, of the modal velocities and then of the force on
+    /// body 1, `[..][m + 3]`.
+    pub fn lines(&self) -> Vec<Vec<C>> {
+        let force: Vec<Vec<f64>> = self.force.iter().map(|f| f.to_vec()).collect();
+        let base = 2.0 * PI * self.frequency;
+        let line = |(k, q): (usize, &Vec<C>)| {
+            let rate = C::new(0.0, k as f64 * base);
+            q.iter().map(|q| rate * q).chain(harmonic(&force, k)).collect()
+        };
+        self.modal.iter().enumerate().skip(1).map(line).collect()
+    }
+
     /// Least and largest normal force, N.
     pub fn normal(&self) -> [f64; 2] {
         let normal = || self.force.iter().map(|f| -f[2]);
@@ -147,11 +198,11 @@ impl PeriodicSolution {
 
 /// The equations of the cycles at one value of the key.
 pub struct Balance<'a, 's> {
-    structure: &'s Structure<'a>,
+    pub(super) structure: &'s Structure<'a>,
     conditions: &'s Conditions,
-    resolution: Resolution,
-    stepper: Stepper<'s>,
-    course: Rc<RefCell<PrescribedMotion>>,
+    pub(super) resolution: Resolution,
+    pub(super) stepper: Stepper<'s>,
+    pub(super) course: Rc<RefCell<PrescribedMotion>>,
     /// Unit of the motion, m √kg.
     unit: f64,
 }
@@ -201,7 +252,7 @@ impl<'a, 's> Balance<'a, 's> {
 
     /// Steps before the period whose forces are taken: as long as the material takes through the contact, and at a
     /// point a period.
-    fn forgetting(&self, memory: &ContactMemory, h: f64) -> usize {
+    pub(super) fn forgetting(&self, memory: &ContactMemory, h: f64) -> usize {
         let s = &self.conditions.interface;
         if s.are_points() {
             return self.resolution.samples;
@@ -220,7 +271,7 @@ impl<'a, 's> Balance<'a, 's> {
     /// contact at the phase where a march of this step begins.
     pub(super) fn march(&mut self, z: &[f64], omega: f64, memory: &ContactMemory) -> Result<Marched> {
         let Resolution { harmonics, samples } = self.resolution;
-        let (r, m) = (self.structure.rank(), self.structure.model.omega.len());
+        let r = self.structure.rank();
         let h = 2.0 * PI / (samples as f64 * omega);
         if !(h > 0.0 && h.is_finite()) {
             return Err(Error::NotConverged(format!("limit cycles: an angular frequency of {omega} rad/s")));
@@ -241,10 +292,10 @@ impl<'a, 's> Balance<'a, 's> {
         for step in 1..=before + samples {
             self.stepper.advance()?;
             if step == samples {
-                after = Some(ContactMemory::of(self.stepper.state()));
+                after = Some(ContactMemory::from_state(self.stepper.state()));
             }
             if step == before + samples {
-                contact = Some(ContactMemory::of(self.stepper.state()));
+                contact = Some(ContactMemory::from_state(self.stepper.state()));
             }
             if step > before {
                 // The last step ends where the period began: at phase zero.
@@ -258,50 +309,19 @@ impl<'a, 's> Balance<'a, 's> {
         let (Some(after), Some(contact)) = (after, contact) else {
             return Err(Error::Defect("limit cycles: a march without steps".into()));
         };
-        let told = harmonics.max(TOLD).min(samples / 2 - 1);
-        let (mut lack, mut modal) = (Vec::with_capacity(z.len()), Vec::with_capacity(told + 1));
-        let (mut kinetic, mut q, mut v) = (0.0, vec![0.0; m], vec![0.0; m]);
-        for k in 0..samples.div_ceil(2) {
-            let mut push = self.structure.spread(&harmonic(&forces, k));
+        let pushes: Vec<Vec<C>> = (0..samples.div_ceil(2)).map(|k| harmonic(&forces, k)).collect();
+        let mut lack = Vec::with_capacity(z.len());
+        for (k, push) in pushes.iter().enumerate().take(harmonics + 1) {
+            let seen = self.structure.contact_response(k, discrete(k, omega, h), push)?;
+            let own = |part: usize, i: usize| z[r * part + i];
             if k == 0 {
-                push.iter_mut().zip(self.structure.model.load).for_each(|(p, l)| *p += *l);
-            }
-            let s = discrete(k, omega, h);
-            // Beyond what is told inertia alone is left.
-            let moved = match k <= told || self.structure.is_diagonal() {
-                true => self.structure.response(s, &push)?,
-                false => push.iter().map(|p| -p / (s * s)).collect(),
-            };
-            kinetic += 0.25 * s * s * moved.iter().map(|q| q.norm_sqr()).sum::<f64>();
-            q.iter_mut().zip(&moved).for_each(|(q, z)| *q += z.re);
-            v.iter_mut().zip(&moved).for_each(|(v, z)| *v -= s * z.im);
-            if k <= harmonics {
-                let seen = self.structure.at_contact(&moved);
-                let own = |part: usize, i: usize| z[r * part + i];
-                if k == 0 {
-                    lack.extend(seen.iter().enumerate().map(|(i, s)| s.re / self.unit - own(0, i)));
-                } else {
-                    lack.extend(seen.iter().enumerate().map(|(i, s)| s.re / self.unit - own(2 * k - 1, i)));
-                    lack.extend(seen.iter().enumerate().map(|(i, s)| -s.im / self.unit - own(2 * k, i)));
-                }
-            }
-            if k <= told {
-                modal.push(moved);
+                lack.extend(seen.iter().enumerate().map(|(i, s)| s.re / self.unit - own(0, i)));
+            } else {
+                lack.extend(seen.iter().enumerate().map(|(i, s)| s.re / self.unit - own(2 * k - 1, i)));
+                lack.extend(seen.iter().enumerate().map(|(i, s)| -s.im / self.unit - own(2 * k, i)));
             }
         }
-        let frequency = discrete(1, omega, h) / (2.0 * PI);
-        let cycle = PeriodicSolution {
-            omega,
-            frequency,
-            kinetic,
-            force,
-            nodes,
-            modal,
-            state: [q, v],
-            contact,
-            begin: after.clone(),
-        };
-        Ok(Marched { lack, memory: after, cycle })
+        Ok(Marched { lack, memory: after, omega, pushes, force, nodes, contact })
     }
 
     /// The motion at the phase 2πn/N, m √kg, `[r]`.
@@ -321,7 +341,38 @@ impl<'a, 's> Balance<'a, 's> {
 }
 
 impl Structure<'_> {
-    fn is_diagonal(&self) -> bool {
+    /// The cycle that a march belongs to, with the motion of all modes.
+    pub(super) fn solution(&self, marched: Marched, harmonics: usize) -> Result<PeriodicSolution> {
+        let Marched { memory, omega, pushes, force, nodes, contact, .. } = marched;
+        let (samples, m) = (force.len(), self.model.omega.len());
+        let h = 2.0 * PI / (samples as f64 * omega);
+        let reach = (self.highest() / omega).ceil() as usize;
+        let told = harmonics.max(TOLD).max(reach).min(samples / 2 - 1);
+        let mut modal = Vec::with_capacity(told + 1);
+        let (mut kinetic, mut q, mut v) = (0.0, vec![0.0; m], vec![0.0; m]);
+        for (k, push) in pushes.iter().enumerate() {
+            let mut push = self.spread(push);
+            if k == 0 {
+                push.iter_mut().zip(self.model.load).for_each(|(p, l)| *p += *l);
+            }
+            let s = discrete(k, omega, h);
+            // Beyond what is told inertia alone is left.
+            let moved = match k <= told || self.is_diagonal() {
+                true => self.response(s, &push)?,
+                false => push.iter().map(|p| -p / (s * s)).collect(),
+            };
+            kinetic += 0.25 * s * s * moved.iter().map(|q| q.norm_sqr()).sum::<f64>();
+            q.iter_mut().zip(&moved).for_each(|(q, z)| *q += z.re);
+            v.iter_mut().zip(&moved).for_each(|(v, z)| *v -= s * z.im);
+            if k <= told {
+                modal.push(moved);
+            }
+        }
+        let frequency = discrete(1, omega, h) / (2.0 * PI);
+        Ok(PeriodicSolution { omega, frequency, kinetic, force, nodes, modal, state: [q, v], contact, begin: memory })
+    }
+
+    pub(super) fn is_diagonal(&self) -> bool {
         use crate::model::ModalMatrix::Diagonal;
         matches!((&self.model.stiffness, &self.model.damping), (Diagonal(_), Diagonal(_)))
     }
@@ -348,7 +399,7 @@ impl Structure<'_> {
 }
 
 /// The state of a driven stepper.
-fn state(q: Vec<f64>, memory: &ContactMemory) -> State {
+pub(super) fn state(q: Vec<f64>, memory: &ContactMemory) -> State {
     State {
         step: 0,
         v: vec![0.0; q.len()],

@@ -4,7 +4,7 @@
 pub use super::corrector::Family;
 use super::corrector::{norm, update, Condition, Corrected, Equations};
 use super::floquet::{multipliers, Multipliers};
-use super::PeriodicSolution;
+use super::{ContactMemory, PeriodicSolution};
 use crate::{Error, Result};
 use faer::Mat;
 
@@ -65,6 +65,9 @@ pub enum SpecialKind {
 }
 
 impl SpecialKind {
+    /// All of them.
+    pub(super) const ALL: [Self; 6] = [Self::Fold, Self::Flip, Self::Torus, Self::Crossing, Self::Stick, Self::Opening];
+
     /// As in tables and sentences.
     pub fn name(self) -> &'static str {
         match self {
@@ -87,8 +90,6 @@ pub enum BranchEnd {
     Rest,
     /// All cycles that were asked for.
     Count,
-    /// On request.
-    Stopped,
     /// The model does not hold beyond, for this reason.
     Model(String),
     /// Newton's method finds no further cycle, for this reason.
@@ -102,20 +103,10 @@ impl BranchEnd {
             Self::Range => "at the end of the range".into(),
             Self::Rest => "at rest".into(),
             Self::Count => "after as many cycles as were asked for".into(),
-            Self::Stopped => "on request".into(),
             Self::Model(why) => format!("where the model ends: {why}"),
             Self::Lost(why) => format!("where no further cycle is found: {why}"),
         }
     }
-}
-
-/// Cycles one after the other in one direction.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Branch {
-    /// The cycles, that of the start first.
-    pub points: Vec<BranchPoint>,
-    /// Why it ends.
-    pub end: BranchEnd,
 }
 
 /// First step, of the longest one.
@@ -128,22 +119,6 @@ const ITERATIONS: [usize; 2] = [5, 9];
 const BEND: f64 = 0.97;
 /// Motion, in units, that counts as rest.
 const REST: f64 = 0.02;
-/// Rounds in which a special point is located.
-const ROUNDS: usize = 12;
-/// Part of the longer side of a bracket at which the golden section looks next.
-const GOLDEN: f64 = 0.381_966_011_250_105;
-/// Halvings in which an event is located.
-const BISECTIONS: usize = 40;
-
-/// True if something happens in a cycle.
-type Happens = fn(&PeriodicSolution) -> bool;
-
-/// Events of the piecewise smooth equations, where the slope of a branch may have a kink.
-const EVENTS: [(SpecialKind, Happens); 2] = [
-    (SpecialKind::Stick, |cycle| cycle.nodes.iter().any(|n| n[1] > 0)),
-    (SpecialKind::Opening, |cycle| cycle.nodes.iter().any(|n| n[0] != cycle.nodes[0][0])),
-];
-
 /// The cycle at the key of `u`, from which branches begin.
 pub fn solve(equations: &mut Equations<'_, '_>, u: Vec<f64>, jacobian: &mut Option<Mat<f64>>) -> Result<Corrected> {
     let mut row = vec![0.0; u.len()];
@@ -152,112 +127,181 @@ pub fn solve(equations: &mut Equations<'_, '_>, u: Vec<f64>, jacobian: &mut Opti
     equations.correct(u, &conditions, jacobian)
 }
 
-/// Follows a branch from the cycle `start` with the Jacobian `jacobian`, towards larger keys where `up`. `step` is
-/// called after each cycle and says whether to go on.
-pub fn follow(
-    equations: &mut Equations<'_, '_>,
-    start: &BranchPoint,
-    jacobian: &Mat<f64>,
-    up: bool,
-    extent: &BranchExtent,
-    step: &mut dyn FnMut(&BranchPoint) -> Result<bool>,
-) -> Result<Branch> {
-    let mut walk = Walk { equations, extent, jacobian: Some(jacobian.clone()) };
-    walk.equations.memory = start.cycle.begin.clone();
-    let mut points = vec![start.clone()];
-    let end = walk.all(&mut points, up, step)?;
-    Ok(Branch { points, end })
+/// A branch in one direction, as far as it was followed: everything that its next cycle depends on.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BranchState {
+    /// The cycles, that of the start first.
+    pub points: Vec<BranchPoint>,
+    /// Why it ends; none where it goes on.
+    pub end: Option<BranchEnd>,
+    /// Direction of the last step, `[size + 2]`.
+    pub(super) ahead: Vec<f64>,
+    /// Length of the next step.
+    pub(super) length: f64,
+    /// Jacobian near the last cycle.
+    pub(super) jacobian: Option<Mat<f64>>,
+    /// The contact that the next march begins with.
+    pub(super) memory: ContactMemory,
+    /// Marches made for it.
+    pub marches: usize,
 }
 
-struct Walk<'w, 'e, 'a> {
-    equations: &'w mut Equations<'e, 'a>,
-    extent: &'w BranchExtent,
-    jacobian: Option<Mat<f64>>,
+impl BranchState {
+    /// The branch from `start` with the Jacobian `jacobian`, towards larger keys where `up`.
+    pub fn new(start: BranchPoint, jacobian: Mat<f64>, up: bool, extent: &BranchExtent) -> Self {
+        let mut ahead = vec![0.0; start.u.len()];
+        if let Some(last) = ahead.last_mut() {
+            *last = if up { 1.0 } else { -1.0 };
+        }
+        let memory = start.cycle.begin.clone();
+        let length = FIRST * extent.longest;
+        Self { points: vec![start], end: None, ahead, length, jacobian: Some(jacobian), memory, marches: 0 }
+    }
+
+    /// The same towards the other side; its marches are counted with the other one.
+    pub fn turned(mut self) -> Self {
+        self.ahead.iter_mut().for_each(|a| *a = -*a);
+        self.marches = 0;
+        self
+    }
+
+    /// The same in the direction `ahead` of the unknowns, `[size + 2]`.
+    pub fn towards(mut self, ahead: Vec<f64>) -> Self {
+        self.ahead = ahead;
+        self
+    }
+
+    /// True if it begins in the direction of the key, so that there is another side to it.
+    pub fn is_two_way(&self) -> bool {
+        self.ahead.last().is_some_and(|a| *a != 0.0)
+    }
+
+    /// The contact that the next march begins with.
+    pub fn memory(&self) -> &ContactMemory {
+        &self.memory
+    }
+}
+
+/// The cycle near `u` that meets the condition `held` in the place of a given key.
+pub fn solve_under(
+    equations: &mut Equations<'_, '_>,
+    u: Vec<f64>,
+    held: Condition,
+    jacobian: &mut Option<Mat<f64>>,
+) -> Result<Corrected> {
+    let conditions = [equations.phase(&u), held];
+    equations.correct(u, &conditions, jacobian)
+}
+
+/// Follows the branch `state` to its end. `step` is called after each cycle, with its special points, and says whether
+/// to go on; a branch that was not to go on has no end, and goes on from its state as if it had not been stopped.
+pub fn follow(
+    equations: &mut Equations<'_, '_>,
+    state: &mut BranchState,
+    extent: &BranchExtent,
+    step: &mut dyn FnMut(&BranchState) -> Result<bool>,
+) -> Result<()> {
+    if state.end == Some(BranchEnd::Count) && state.points.len() <= extent.most {
+        state.end = None;
+    }
+    equations.memory = state.memory.clone();
+    while state.end.is_none() {
+        let before = equations.marches;
+        let mut walk = Walk { equations, extent, jacobian: state.jacobian.take() };
+        let end = walk.one(state);
+        state.jacobian = walk.jacobian.take();
+        state.end = match end {
+            Err(e @ Error::NotConverged(_)) => Some(BranchEnd::Lost(e.to_string())),
+            Err(e @ (Error::Job(_) | Error::Input(_))) => Some(BranchEnd::Model(e.to_string())),
+            other => other?,
+        };
+        state.memory = equations.memory.clone();
+        state.marches += equations.marches - before;
+        if !step(state)? {
+            return Ok(());
+        }
+    }
+    Ok(())
+}
+
+pub(super) struct Walk<'w, 'e, 'a> {
+    pub(super) equations: &'w mut Equations<'e, 'a>,
+    pub(super) extent: &'w BranchExtent,
+    pub(super) jacobian: Option<Mat<f64>>,
 }
 
 impl Walk<'_, '_, '_> {
-    fn all(
-        &mut self,
-        points: &mut Vec<BranchPoint>,
-        up: bool,
-        step: &mut dyn FnMut(&BranchPoint) -> Result<bool>,
-    ) -> Result<BranchEnd> {
-        let last = |points: &[BranchPoint]| points[points.len() - 1].clone();
-        let n = last(points).u.len();
-        let mut ahead = vec![0.0; n];
-        ahead[n - 1] = if up { 1.0 } else { -1.0 };
-        let mut length = FIRST * self.extent.longest;
-        while points.len() <= self.extent.most {
-            let here = last(points);
-            let mut renewed = false;
-            let (found, tangent) = loop {
-                let found =
-                    self.ahead(&here, &ahead).and_then(|tangent| Ok((self.reach(&here, &tangent, length)?, tangent)));
-                match found {
-                    Ok(found) => break found,
-                    Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
-                    Err(e) => {
-                        length *= 0.4;
-                        if length < SHORTEST * self.extent.longest {
-                            return Ok(match e {
-                                Error::NotConverged(_) => BranchEnd::Lost(e.to_string()),
-                                _ => BranchEnd::Model(e.to_string()),
-                            });
-                        }
-                        // That of a cycle further back may have led astray.
-                        if !std::mem::replace(&mut renewed, true) {
-                            let lack = self.equations.march(&here.u)?.lack;
-                            self.jacobian = Some(self.equations.jacobian(&here.u, &lack)?);
-                        }
+    /// The next cycle of a branch, with the special points before it; why the branch ends, where it does.
+    fn one(&mut self, state: &mut BranchState) -> Result<Option<BranchEnd>> {
+        let Some(here) = state.points.last().cloned() else {
+            return Err(Error::Defect("limit cycles: a branch without start".into()));
+        };
+        if state.points.len() > self.extent.most {
+            return Ok(Some(BranchEnd::Count));
+        }
+        let n = here.u.len();
+        let mut renewed = false;
+        let (found, tangent) = loop {
+            let length = state.length;
+            let found =
+                self.ahead(&here, &state.ahead).and_then(|tangent| Ok((self.reach(&here, &tangent, length)?, tangent)));
+            match found {
+                Ok(found) => break found,
+                Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
+                Err(e) => {
+                    state.length *= 0.4;
+                    if state.length < SHORTEST * self.extent.longest {
+                        return Ok(Some(match e {
+                            Error::NotConverged(_) => BranchEnd::Lost(e.to_string()),
+                            _ => BranchEnd::Model(e.to_string()),
+                        }));
+                    }
+                    // That of a cycle further back may have led astray.
+                    if !std::mem::replace(&mut renewed, true) {
+                        let lack = self.equations.march(&here.u)?.lack;
+                        self.jacobian = Some(self.equations.jacobian(&here.u, &lack)?);
                     }
                 }
-            };
-            let iterations = found.iterations;
-            let mut key = self.equations.key_of(&found.u);
-            let [low, high] = self.extent.range;
-            let mut end = None;
-            let mut point = if key < low || key > high {
-                key = key.clamp(low, high);
-                end = Some(BranchEnd::Range);
-                match self.at_key(&here, &found, key) {
-                    Ok(found) => self.point(found, None)?,
-                    Err(e) => return Ok(BranchEnd::Lost(e.to_string())),
-                }
-            } else {
-                self.point(found, None)?
-            };
-            // Through rest the branch comes back, half a period later.
-            let r = self.equations.structure.rank();
-            let along = |u: &[f64], v: &[f64]| u[r..n - 2].iter().zip(&v[r..n - 2]).map(|(a, b)| a * b).sum::<f64>();
-            if self.equations.amplitude(&point.u) < REST || along(&point.u, &here.u) < 0.0 {
-                return Ok(BranchEnd::Rest);
             }
-            let chord: Vec<f64> = point.u.iter().zip(&here.u).map(|(a, b)| a - b).collect();
-            for special in self.between(points, &here, &point)? {
-                points.push(special);
-                if !step(&last(points))? {
-                    return Ok(BranchEnd::Stopped);
-                }
+        };
+        let iterations = found.iterations;
+        let mut key = self.equations.key_of(&found.u);
+        let [low, high] = self.extent.range;
+        let mut end = None;
+        let mut point = if key < low || key > high {
+            key = key.clamp(low, high);
+            end = Some(BranchEnd::Range);
+            match self.at_key(&here, &found, key) {
+                Ok(found) => self.point(found, None)?,
+                Err(e) => return Ok(Some(BranchEnd::Lost(e.to_string()))),
             }
-            ahead = chord.iter().map(|c| c / norm(&chord).max(f64::MIN_POSITIVE)).collect();
-            point.special = None;
-            points.push(point);
-            if !step(&last(points))? {
-                return Ok(BranchEnd::Stopped);
-            }
-            if let Some(end) = end {
-                return Ok(end);
-            }
-            let straight = tangent.iter().zip(&ahead).map(|(t, c)| t * c).sum::<f64>();
-            if straight < BEND {
-                length *= 0.5;
-            } else if iterations <= ITERATIONS[0] {
-                length = (1.5 * length).min(self.extent.longest);
-            } else if iterations >= ITERATIONS[1] {
-                length *= 0.6;
-            }
+        } else {
+            self.point(found, None)?
+        };
+        // Through rest the branch comes back, half a period later.
+        let r = self.equations.structure.rank();
+        let along = |u: &[f64], v: &[f64]| u[r..n - 2].iter().zip(&v[r..n - 2]).map(|(a, b)| a * b).sum::<f64>();
+        if self.equations.amplitude(&point.u) < REST || along(&point.u, &here.u) < 0.0 {
+            return Ok(Some(BranchEnd::Rest));
         }
-        Ok(BranchEnd::Count)
+        let chord: Vec<f64> = point.u.iter().zip(&here.u).map(|(a, b)| a - b).collect();
+        let special = self.between(&state.points, &here, &point)?;
+        state.points.extend(special);
+        state.ahead = chord.iter().map(|c| c / norm(&chord).max(f64::MIN_POSITIVE)).collect();
+        point.special = None;
+        state.points.push(point);
+        if end.is_some() {
+            return Ok(end);
+        }
+        let straight = tangent.iter().zip(&state.ahead).map(|(t, c)| t * c).sum::<f64>();
+        if straight < BEND {
+            state.length *= 0.5;
+        } else if iterations <= ITERATIONS[0] {
+            state.length = (1.5 * state.length).min(self.extent.longest);
+        } else if iterations >= ITERATIONS[1] {
+            state.length *= 0.6;
+        }
+        Ok((state.points.len() > self.extent.most).then_some(BranchEnd::Count))
     }
 
     /// The tangent at `here`, on the side of `before`.
@@ -306,7 +350,7 @@ impl Walk<'_, '_, '_> {
     }
 
     /// The cycle on the plane that divides the chord between `a` and `b` at `part`.
-    fn on_chord(&mut self, a: &[f64], b: &[f64], part: f64) -> Result<Corrected> {
+    pub(super) fn on_chord(&mut self, a: &[f64], b: &[f64], part: f64) -> Result<Corrected> {
         let chord: Vec<f64> = b.iter().zip(a).map(|(b, a)| b - a).collect();
         let guess: Vec<f64> = a.iter().zip(&chord).map(|(a, c)| a + part * c).collect();
         let length = norm(&chord);
@@ -316,191 +360,16 @@ impl Walk<'_, '_, '_> {
     }
 
     /// A point with its multipliers.
-    fn point(&mut self, found: Corrected, special: Option<Special>) -> Result<BranchPoint> {
+    pub(super) fn point(&mut self, found: Corrected, special: Option<Special>) -> Result<BranchPoint> {
         let key = self.equations.key_of(&found.u);
         let multipliers = match self.extent.stability {
             true => {
                 let conditions = self.equations.family.at(key)?;
-                let samples = self.equations.resolution.samples;
-                Some(multipliers(self.equations.structure, &conditions, &found.cycle, samples)?)
+                let resolution = self.equations.resolution;
+                Some(multipliers(self.equations.structure, &conditions, &found.cycle, resolution)?)
             }
             false => None,
         };
         Ok(BranchPoint { key, u: found.u, cycle: found.cycle, multipliers, special })
     }
-
-    /// Special points between the last points of a branch, `here`, and the next one.
-    fn between(&mut self, points: &[BranchPoint], here: &BranchPoint, there: &BranchPoint) -> Result<Vec<BranchPoint>> {
-        let mut found: Vec<BranchPoint> = Vec::new();
-        let ordinary: Vec<&BranchPoint> = points.iter().filter(|p| p.special.is_none()).collect();
-        let before = ordinary.len().checked_sub(2).map(|k| ordinary[k]);
-        let before = before.filter(|b| (here.key - b.key) * (there.key - here.key) < 0.0);
-        if let Some(before) = before {
-            found.extend(self.fold(before, here, there)?);
-        }
-        for (kind, of) in EVENTS {
-            if of(&here.cycle) != of(&there.cycle) {
-                found.push(self.event(here, there, kind, of)?);
-            }
-        }
-        if let (Some(a), Some(b)) = (&here.multipliers, &there.multipliers) {
-            let folds = before.is_some();
-            let change = a.unstable().abs_diff(b.unstable());
-            // At a fold one multiplier passes through +1 anyway.
-            if change > usize::from(folds) || (change == 1 && !folds) {
-                found.extend(self.passage(here, there)?);
-            }
-        }
-        Ok(found)
-    }
-
-    /// The fold near `middle`, where the key is largest or smallest: parabolas through three cycles, and the golden
-    /// section where they lead nowhere.
-    fn fold(&mut self, before: &BranchPoint, middle: &BranchPoint, after: &BranchPoint) -> Result<Option<BranchPoint>> {
-        let tolerance = self.extent.located * (self.extent.range[1] - self.extent.range[0]);
-        let chord: Vec<f64> = after.u.iter().zip(&before.u).map(|(a, b)| a - b).collect();
-        let length = norm(&chord);
-        let row: Vec<f64> = chord.iter().map(|c| c / length).collect();
-        let place = |u: &[f64]| u.iter().zip(&before.u).zip(&row).map(|((u, a), r)| (u - a) * r).sum::<f64>() / length;
-        let sign = if middle.key > before.key { 1.0 } else { -1.0 };
-        let known = |p: &BranchPoint| (place(&p.u), sign * p.key, p.u.clone());
-        let [mut a, mut b, mut c] = [known(before), known(middle), known(after)];
-        let mut best: Option<Corrected> = None;
-        for _ in 0..BISECTIONS {
-            let (d, e) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
-            let vertex = 0.5 * (a.0 + b.0) - 0.5 * d * (c.0 - a.0) / (e - d);
-            let wide = if b.0 - a.0 > c.0 - b.0 { a.0 - b.0 } else { c.0 - b.0 };
-            let good = vertex > a.0 && vertex < c.0 && (vertex - b.0).abs() > 0.02 * wide.abs();
-            let next = if good { vertex } else { b.0 + GOLDEN * wide };
-            let (low, high) = if next < b.0 { (&a, &b) } else { (&b, &c) };
-            let part = (next - low.0) / (high.0 - low.0);
-            let guess: Vec<f64> = low.2.iter().zip(&high.2).map(|(l, h)| l + part * (h - l)).collect();
-            let conditions = [self.equations.phase(&guess), Condition { row: row.clone(), reference: guess.clone() }];
-            let there = match self.equations.correct(guess, &conditions, &mut self.jacobian) {
-                Ok(there) => there,
-                Err(Error::NotConverged(_)) => break,
-                Err(e) => return Err(e),
-            };
-            let now = (next, sign * self.equations.key_of(&there.u), there.u.clone());
-            let gain = (now.1 - b.1).abs();
-            match (now.1 > b.1, next < b.0) {
-                (true, true) => (c, b) = (b, now),
-                (true, false) => (a, b) = (b, now),
-                (false, true) => a = now,
-                (false, false) => c = now,
-            }
-            if b.2 == there.u {
-                best = Some(there);
-            }
-            // Parabolas come near at once; the golden section halves what is left in two steps.
-            if gain < 0.1 * tolerance && (good || c.1.max(a.1) > b.1 - tolerance) {
-                break;
-            }
-        }
-        let special = Some(Special { kind: SpecialKind::Fold, second: 0.0 });
-        match best {
-            Some(found) => self.point(found, special).map(Some),
-            None => Ok(Some(BranchPoint { special, ..middle.clone() })),
-        }
-    }
-
-    /// The cycle between two at which what `of` says changes, by bisection.
-    fn event(
-        &mut self,
-        here: &BranchPoint,
-        there: &BranchPoint,
-        kind: SpecialKind,
-        of: Happens,
-    ) -> Result<BranchPoint> {
-        let tolerance = self.extent.located * (self.extent.range[1] - self.extent.range[0]);
-        let (mut low, mut high) = ((0.0, here.key), (1.0, there.key));
-        let begins = of(&here.cycle);
-        let mut best: Option<Corrected> = None;
-        for _ in 0..BISECTIONS {
-            if (high.1 - low.1).abs() < tolerance && high.0 - low.0 < 1e-3 {
-                break;
-            }
-            let part = 0.5 * (low.0 + high.0);
-            let found = match self.on_chord(&here.u, &there.u, part) {
-                Ok(found) => found,
-                Err(Error::NotConverged(_)) => break,
-                Err(e) => return Err(e),
-            };
-            let now = (part, self.equations.key_of(&found.u));
-            match of(&found.cycle) == begins {
-                true => low = now,
-                false => high = now,
-            }
-            best = Some(found);
-        }
-        let special = Some(Special { kind, second: 0.0 });
-        match best {
-            Some(found) => self.point(found, special),
-            None => Ok(BranchPoint { special, ..there.clone() }),
-        }
-    }
-
-    /// The cycle between two at which a multiplier passes the unit circle.
-    fn passage(&mut self, here: &BranchPoint, there: &BranchPoint) -> Result<Option<BranchPoint>> {
-        let tolerance = self.extent.located * (self.extent.range[1] - self.extent.range[0]);
-        let [a, b] = [&here.multipliers, &there.multipliers];
-        let (Some(a), Some(b)) = (a, b) else { return Ok(None) };
-        let count = a.unstable().min(b.unstable());
-        // The first of those that are not outside on both sides.
-        let growth = |m: &Multipliers| m.values.get(unlike(m, count)).map_or(-1.0, |v| v.norm().ln());
-        // One that is outside by less than its error counts as inside: the passage is looked for above it.
-        let within = growth(a).min(growth(b));
-        let zero = if within > 0.0 { 0.5 * (growth(a) + growth(b)) } else { 0.0 };
-        let level = |m: &Multipliers| growth(m) - zero;
-        let (mut low, mut high) = ((0.0, level(a), here.key), (1.0, level(b), there.key));
-        let mut best: Option<BranchPoint> = None;
-        for round in 0..ROUNDS {
-            let secant = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
-            let inside = secant > low.0 && secant < high.0 && round % 3 < 2;
-            let part = if inside { secant } else { 0.5 * (low.0 + high.0) };
-            let found = match self.on_chord(&here.u, &there.u, part) {
-                Ok(found) => found,
-                Err(Error::NotConverged(_)) => break,
-                Err(e) => return Err(e),
-            };
-            let point = self.point(found, None)?;
-            let Some(m) = &point.multipliers else { return Ok(None) };
-            let now = (part, level(m), point.key);
-            let apart = (point.key - low.2).abs().min((point.key - high.2).abs());
-            match (now.1 < 0.0) == (low.1 < 0.0) {
-                true => low = now,
-                false => high = now,
-            }
-            let critical = m.values.get(unlike(m, count)).copied().unwrap_or_default();
-            let kind = match (critical.im.abs() > 1e-9, critical.re > 0.0) {
-                (true, _) => SpecialKind::Torus,
-                (false, true) => SpecialKind::Crossing,
-                (false, false) => SpecialKind::Flip,
-            };
-            let second = match kind {
-                SpecialKind::Torus => critical.arg() * point.cycle.frequency / (2.0 * std::f64::consts::PI),
-                _ => 0.0,
-            };
-            best = Some(BranchPoint { special: Some(Special { kind, second }), ..point });
-            if apart < tolerance {
-                break;
-            }
-        }
-        // At a fold that has not shown yet the key goes beyond both.
-        let beyond = |p: &BranchPoint| (p.key - here.key) * (there.key - p.key) <= 0.0;
-        let folds = |p: &BranchPoint| p.special.is_some_and(|s| s.kind == SpecialKind::Crossing) && beyond(p);
-        Ok(best.filter(|p| !folds(p)))
-    }
-}
-
-/// The place of the first multiplier after those that count `count`, both of a pair counted.
-fn unlike(m: &Multipliers, count: usize) -> usize {
-    let mut sum = 0;
-    for (k, v) in m.values.iter().enumerate() {
-        if sum >= count {
-            return k;
-        }
-        sum += if v.im.abs() > 0.0 { 2 } else { 1 };
-    }
-    m.values.len()
 }

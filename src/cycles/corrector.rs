@@ -166,7 +166,8 @@ impl Equations<'_, '_> {
             best = best.min(error / aim);
             // A solution whose contact has not settled is looked at once more.
             if error <= SOLVED * aim || (iteration > 1 && since > 2 && error <= ACCEPTED * aim && fresh) {
-                return Ok(Corrected { u, cycle: found.cycle, iterations: iteration });
+                let cycle = self.structure.solution(found, self.resolution.harmonics)?;
+                return Ok(Corrected { u, cycle, iterations: iteration });
             }
             if jacobian.is_none() || (since >= PATIENCE && !fresh) {
                 *jacobian = Some(self.jacobian(&u, &found.lack)?);
@@ -208,7 +209,8 @@ impl Equations<'_, '_> {
         }
         let aim = self.amplitude(&u).max(1e-3);
         if error <= ACCEPTED * aim {
-            return Ok(Corrected { u, cycle: found.cycle, iterations: MOST_ITERATIONS });
+            let cycle = self.structure.solution(found, self.resolution.harmonics)?;
+            return Ok(Corrected { u, cycle, iterations: MOST_ITERATIONS });
         }
         Err(Error::NotConverged(format!(
             "limit cycles: Newton's method ends with a residual of {:.1e} of the motion at the key {:.8e}, expected \

@@ -1,11 +1,15 @@
 //! Stability of a cycle: Floquet multipliers.
 //!
+//! Few modes are followed themselves; of many, and where the contact remembers more than a period, the contact is
+//! linearised and closed through the modes ([`hill`](super::hill)).
+//!
 //! Every modal displacement and velocity is changed a little at phase zero, and the change followed through two periods
 //! by the transient itself. The contact has no part of its own in the state that is changed, so that with the blocks
 //! of the monodromy matrix for modes (y) and contact (c) these are M₁ = Φ_yy and M₂ = Φ_yy² + Φ_yc Φ_cy. What the
 //! contact knew a period ago is forgotten, Φ_cc Φ_cy = 0, and eigenvalues obey (μ² − μ M₁ − (M₂ − M₁²)) y = 0.
 
-use super::balance::{Conditions, PeriodicSolution, Structure};
+use super::balance::{Balance, Conditions, PeriodicSolution, Resolution, Structure};
+use super::hill::multipliers_near_the_circle;
 use crate::transient::stepper::{Settings, State, Stepper};
 use crate::transient::{Energy, Model, Scheme};
 use crate::{Error, Result};
@@ -27,6 +31,8 @@ pub struct Multipliers {
     pub phase: C,
 }
 
+/// Sequences of a window beside two for each harmonic.
+const SPILL: usize = 13;
 /// Multipliers that are told of a cycle.
 const TOLD: usize = 12;
 /// Growth of the logarithm in a period that the differences of a march may make.
@@ -45,8 +51,37 @@ impl Multipliers {
     }
 }
 
-/// The multipliers of `cycle` of `samples` steps.
+/// The multipliers of `cycle`, by the way that costs less.
 pub fn multipliers(
+    structure: &Structure<'_>,
+    conditions: &Conditions,
+    cycle: &PeriodicSolution,
+    resolution: Resolution,
+) -> Result<Multipliers> {
+    let samples = resolution.samples;
+    let balance = Balance::new(structure, conditions, resolution, 1.0, &cycle.contact)?;
+    let h = 2.0 * std::f64::consts::PI / (samples as f64 * cycle.omega);
+    let delays = balance.delays(&cycle.contact, h);
+    // Columns times periods: sequences of a window of so many harmonics, or displacements and velocities of all modes.
+    let columns = structure.rank() * (2 * resolution.harmonics + SPILL) * (1 + delays);
+    match delays > 1 || columns < 4 * structure.model.omega.len() {
+        true => through_kernel(structure, conditions, cycle, resolution),
+        false => through_modes(structure, conditions, cycle, samples),
+    }
+}
+
+/// Multipliers from the kernel of the contact.
+pub(super) fn through_kernel(
+    structure: &Structure<'_>,
+    conditions: &Conditions,
+    cycle: &PeriodicSolution,
+    resolution: Resolution,
+) -> Result<Multipliers> {
+    sorted(multipliers_near_the_circle(structure, conditions, cycle, resolution)?)
+}
+
+/// Multipliers from the monodromy matrix of all modes, each of which is followed for two periods.
+pub(super) fn through_modes(
     structure: &Structure<'_>,
     conditions: &Conditions,
     cycle: &PeriodicSolution,

@@ -17,11 +17,16 @@ pub mod balance;
 pub mod branch;
 pub mod corrector;
 pub mod floquet;
+mod hill;
+mod kept;
+mod kernel;
+mod poles;
 mod prescribed;
 mod receptance;
+mod special;
 #[cfg(test)]
 mod tests;
 
 pub use balance::{Balance, Conditions, ContactMemory, PeriodicSolution, Resolution, Structure};
-pub use branch::{Branch, BranchEnd, BranchExtent, BranchPoint, Family, Special, SpecialKind};
+pub use branch::{BranchEnd, BranchExtent, BranchPoint, BranchState, Family, Special, SpecialKind};
 pub use floquet::{multipliers, Multipliers};

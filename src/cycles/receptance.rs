@@ -3,8 +3,6 @@
 use super::balance::Structure;
 use crate::model::ModalMatrix;
 use crate::{Error, Result};
-use faer::linalg::solvers::Solve;
-use faer::Mat;
 use num_complex::Complex;
 
 type C = num_complex::Complex<f64>;
@@ -22,24 +20,26 @@ impl Structure<'_> {
             let one = |(i, f): (usize, &C)| f / C::new(k[i] - s * s, s * c[i]);
             return checked(force.iter().enumerate().map(one).collect());
         }
-        let orders: Vec<usize> = match (&model.stiffness, &model.damping) {
-            (ModalMatrix::Blocks(blocks), _) | (_, ModalMatrix::Blocks(blocks)) => {
-                blocks.iter().map(Mat::nrows).collect()
+        checked(self.poles.response(s, force))
+    }
+
+    /// Motion of what acts at the contact under forces on it, `[r]`, of the multiple `k` of the frequency, whose
+    /// angular frequency is `s`, rad/s.
+    pub(super) fn contact_response(&self, k: usize, s: f64, push: &[C]) -> Result<Vec<C>> {
+        let mut out = if self.is_diagonal() {
+            self.at_contact(&self.response(s, &self.spread(push))?)
+        } else {
+            let mut out = vec![C::default(); self.rank()];
+            for (lambda, motion, load) in &self.contact_poles {
+                let amplitude = load.iter().zip(push).map(|(l, p)| l * p).sum::<C>() / (C::new(0.0, s) - lambda);
+                out.iter_mut().zip(motion).for_each(|(o, x)| *o += x * amplitude);
             }
-            _ => vec![force.len()],
+            checked(out)?
         };
-        let (mut out, mut first) = (Vec::with_capacity(force.len()), 0);
-        for n in orders {
-            let square = |i: usize, j: usize| if i == j { s * s } else { 0.0 };
-            let at = |i: usize, j: usize| {
-                let (row, column) = (first + i, first + j);
-                C::new(model.stiffness.get(row, column) - square(i, j), s * model.damping.get(row, column))
-            };
-            let moved = Mat::from_fn(n, n, at).partial_piv_lu().solve(Mat::from_fn(n, 1, |i, _| force[first + i]));
-            out.extend((0..n).map(|i| moved[(i, 0)]));
-            first += n;
+        if k == 0 {
+            out.iter_mut().zip(&self.loaded).for_each(|(o, l)| *o += l);
         }
-        checked(out)
+        Ok(out)
     }
 
     /// C φ: modal forces of forces on what acts at the contact, `[r]`.
@@ -52,7 +52,7 @@ impl Structure<'_> {
     }
 
     /// Cᵀ q, `[r]`.
-    pub(super) fn at_contact(&self, q: &[C]) -> Vec<C> {
+    pub fn at_contact(&self, q: &[C]) -> Vec<C> {
         self.mix.iter().map(|mix| mix.iter().zip(q).map(|(c, q)| *q * *c).sum()).collect()
     }
 }

@@ -3,19 +3,21 @@
 use super::cycles::Cycles;
 use super::model::{Contact, Job};
 use super::overrides::put;
+use super::transient::SoundPower;
 use super::validate::validate;
 use crate::{Error, Result};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
+use std::path::PathBuf;
 
 /// Branches of limit cycles over a key: stable and unstable cycles, their multipliers, folds and thresholds. The first
-/// cycle is marched at the value of the job.
+/// cycles are marched from the unstable modes at the value of the job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Branches {
-    /// The key of the contact that the branch goes along, e.g. `contact.friction` or `contact.creepage.lateral`; its
-    /// value in the job is where the branch begins.
+    /// The key of the contact that the branches go along, e.g. `contact.friction` or `contact.creepage.lateral`; its
+    /// value in the job is where they begin, unless `starts` says otherwise.
     pub along: String,
     /// Least value of the key, in its unit.
     #[schemars(extend("unit" = "1"))]
@@ -42,10 +44,46 @@ pub struct Branches {
     /// Computes the Floquet multipliers of each cycle.
     #[serde(default = "default_stability")]
     pub stability: bool,
-    /// How the first cycle is marched: `duration`, `settled`, `amplitude`, `step`, `tolerance` and `hold` as in
+    /// Cycles that branches begin with.
+    #[serde(default)]
+    pub starts: Starts,
+    /// Sound power of each cycle, in third octaves; `from` is not given here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sound_power: Option<SoundPower>,
+    /// How the first cycles are marched: `duration`, `settled`, `amplitude`, `step`, `tolerance` and `hold` as in
     /// `sweep.cycles`.
     #[serde(default = "default_march")]
     pub march: Cycles,
+}
+
+/// Cycles that branches begin with.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Starts {
+    /// Values of the key at which unstable modes are looked for. Default: that of the job.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(extend("unit" = "1"))]
+    pub at: Vec<f64>,
+    /// Number of unstable modes, from the most unstable one, from which a motion is marched at each value; 0 for none.
+    /// Default: every one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub modes: Option<u32>,
+    /// Begins at the thresholds of rest too, with small cycles along the mode that neither grows nor decays there.
+    #[serde(default)]
+    pub thresholds: bool,
+    /// Cycles of earlier results of `analyses.cycles` along the same key on the same contact grid.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub results: Vec<EarlierResult>,
+}
+
+/// A cycle of an earlier result.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct EarlierResult {
+    /// The result file.
+    pub file: PathBuf,
+    /// Place of the cycle in the rows of `/cycles`, from 0.
+    pub cycle: u32,
 }
 
 fn default_most() -> u32 {
@@ -89,8 +127,12 @@ impl Job {
         put(&mut contact, &path.split('.').collect::<Vec<_>>(), Value::Number(number), "analyses.cycles.along")?;
         let mut contact: Contact = serde_json::from_value(contact).map_err(|e| refused(e.to_string()))?;
         contact.in_equilibrium = self.contact.as_ref().is_some_and(|c| c.in_equilibrium);
-        let job = Self { contact: Some(contact), ..self.clone() };
-        match validate(&job).into_iter().next() {
+        let mut job = Self { contact: Some(contact), ..self.clone() };
+        // The range is that of the branch: a step that leaves it is no fault of the job.
+        let cycles = job.analyses.cycles.take();
+        let fault = validate(&job).into_iter().next();
+        job.analyses.cycles = cycles;
+        match fault {
             Some(fault) => Err(refused(fault)),
             None => Ok(job),
         }
@@ -161,7 +203,21 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
         ));
     }
     if wanted.march.sound_power.is_some() {
-        faults.push(format!("{path}.march.sound_power: found, expected none: the first cycle is not heard"));
+        faults.push(format!("{path}.march.sound_power: found, expected none; give {path}.sound_power"));
+    }
+    if wanted.sound_power.as_ref().is_some_and(|s| s.from.is_some()) {
+        faults.push(format!("{path}.sound_power.from: found, expected none: the sound is that of a period"));
+    }
+    let outside = wanted.starts.at.iter().find(|&&key| !(wanted.from <= key && key <= wanted.to));
+    if let Some(outside) = outside {
+        faults.push(format!(
+            "{path}.starts.at: found {outside}, expected values in the range from {} to {}",
+            wanted.from, wanted.to
+        ));
+    }
+    let starts = &wanted.starts;
+    if starts.modes == Some(0) && !starts.thresholds && starts.results.is_empty() {
+        faults.push(format!("{path}.starts.modes: found 0, expected at least one start: modes, thresholds or results"));
     }
     faults
 }

@@ -22,7 +22,7 @@ mod transient;
 mod uncertainty;
 mod validate;
 
-pub use branches::{key_unit, Branches};
+pub use branches::{key_unit, Branches, EarlierResult, Starts};
 pub use compare::{differences, fe_inputs, run_differences, Difference};
 pub use cycles::{Branch, Cycles};
 pub use damping::{damping_lines, undamped};
@@ -171,6 +171,9 @@ impl Job {
             *file = std::path::absolute(&path).unwrap_or(path);
         };
         self.solver.out_of_core.iter_mut().for_each(absolute);
+        if let Some(cycles) = &mut self.analyses.cycles {
+            cycles.starts.results.iter_mut().for_each(|r| absolute(&mut r.file));
+        }
         if let Some(rough) = self.contact.as_mut().and_then(|c| c.roughness.as_mut()) {
             for part in rough.lower.iter_mut().chain(&mut rough.upper) {
                 if let RoughnessPart::File(file) = part {

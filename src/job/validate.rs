@@ -477,6 +477,9 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
     }
     if let Some(cycles) = &job.analyses.cycles {
         faults.extend(super::branches::faults(job, cycles));
+        if let Some(sound) = &cycles.sound_power {
+            check_sound("analyses.cycles.sound_power", sound, faults);
+        }
         check_transient(job, &cycles.march.transient(StartState::Sliding), ("analyses.cycles.march", faults));
     }
     if let (Some(_), Some(contact)) = (&job.analyses.stability, &job.contact) {

@@ -129,8 +129,8 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
         Step::Cycles => wanted.cycles.as_ref().map(|c| {
             let stable = if c.stability { ", with their multipliers" } else { "" };
             format!(
-                "limit cycles over {} from {} to {}: at most {} in each direction from one that is marched for at most \
-                 {} s; {} harmonics, {} steps of a period{stable}",
+                "limit cycles over {} from {} to {}: at most {} in each direction from each that is marched for at \
+                 most {} s; {} harmonics, {} steps of a period{stable}",
                 c.along, c.from, c.to, c.most, c.march.duration, c.harmonics, c.samples
             )
         }),

@@ -173,6 +173,24 @@ impl Radiation {
         self.of(f, &x)[0]
     }
 
+    /// Power in each third octave, W, of a periodic motion: `lines` are the complex amplitudes of the modal velocities
+    /// at the multiples 1, 2, … of the frequency `f` (Hz), `[..][m]`.
+    pub fn of_lines(&self, f: f64, lines: &[Vec<Complex64>]) -> Vec<f64> {
+        let mut power = vec![0.0; self.bands.centres().len()];
+        for (k, x) in lines.iter().enumerate() {
+            let f = (k + 1) as f64 * f;
+            if (self.bands.begin()..self.bands.end()).contains(&f) {
+                // The band that holds the line.
+                let place = self.bands.shares(f, f * (1.0 + 1e-9));
+                let band = place.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
+                if let Some(power) = band.and_then(|(band, _)| power.get_mut(band)) {
+                    *power += 0.5 * self.of(f, x)[0].max(0.0);
+                }
+            }
+        }
+        power
+    }
+
     /// Power of the modal velocities x (complex, `[m]`) at the frequency `f` (Hz), xᴴ R x, with R between those at
     /// the frequencies where it is known; and that of plane waves.
     pub(super) fn of(&self, f: f64, x: &[Complex64]) -> [f64; 2] {

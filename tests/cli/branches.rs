@@ -1,5 +1,6 @@
 //! Branches of limit cycles: the same on any number of ranks, beside marching, and what is refused.
 
+use super::interrupted::{signal, start, wait_until};
 use super::program::*;
 use super::transient::open;
 use serde_json::{json, Value};
@@ -21,7 +22,7 @@ fn job(cycles: Value) -> Value {
 fn quick() -> Value {
     json!({
         "along": "contact.creepage.lateral", "from": 0.004, "to": 0.02, "most": 4, "harmonics": 4, "samples": 120,
-        "march": { "duration": 1.0, "settled": 0.01, "amplitude": 1e-5 }
+        "starts": { "modes": 1 }, "march": { "duration": 1.0, "settled": 0.01, "amplitude": 1e-5 }
     })
 }
 
@@ -32,7 +33,9 @@ fn bits(file: &hdf5::File) -> Vec<(String, Vec<u64>)> {
         let values = group.dataset(name).and_then(|d| d.read_raw::<f64>()).expect("numbers");
         (name.to_owned(), values.into_iter().map(f64::to_bits).collect())
     };
-    ["key", "frequency", "kinetic", "force", "velocity_rms", "onset/key"].map(of).to_vec()
+    let names =
+        ["key", "frequency", "kinetic", "force", "velocity_rms", "onset/key", "motion/coefficient", "motion/reaction"];
+    names.map(of).to_vec()
 }
 
 #[test]
@@ -49,7 +52,7 @@ fn a_branch_is_the_same_on_two_ranks_and_passes_through_a_marched_cycle() {
     assert_eq!(bits(&open(folder.path("two.h5"))), bits(&whole), "two ranks");
     let read = |name: &str| whole.dataset(name).and_then(|d| d.read_raw::<f64>()).expect("numbers");
     let (key, energy, frequency) = (read("cycles/key"), read("cycles/kinetic"), read("cycles/frequency"));
-    let start = whole.dataset("cycles/start").and_then(|d| d.read_scalar::<i64>()).expect("start") as usize;
+    let start = whole.dataset("cycles/start").and_then(|d| d.read_raw::<i64>()).expect("start")[0] as usize;
     assert!(key.len() > 5 && (key[start] - 0.014).abs() < 1e-12 && key.windows(2).all(|k| k[0] < k[1]), "{key:?}");
     // The same cycle, marched.
     let mut swept = job(quick());
@@ -74,6 +77,111 @@ fn a_branch_is_the_same_on_two_ranks_and_passes_through_a_marched_cycle() {
     assert!((energy[start] / kinetic - 1.0).abs() < 0.01, "{} J, marched {kinetic} J", energy[start]);
 }
 
+/// Cycles that are kept of the branches of a run.
+fn kept(folder: &std::path::Path) -> u64 {
+    let sizes = std::fs::read_dir(folder).map(|d| {
+        let files = d.flatten().filter(|e| e.path().extension().is_some_and(|x| x == "points"));
+        files.filter_map(|e| e.metadata().ok()).map(|m| m.len()).sum()
+    });
+    sizes.unwrap_or(0)
+}
+
+/// A stopped run goes on to the same bits, on other ranks too, without a job; so does one that was killed.
+#[test]
+fn a_stopped_branch_goes_on_to_the_same_bits() {
+    let folder = Folder::with(job(quick()).to_string());
+    let model = folder.text("model.h5");
+    folder.call(1, "run", &["--only", "stability", "--output", &model]).good();
+    folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("whole.h5")]).good();
+    let whole = open(folder.path("whole.h5"));
+    assert!(!folder.path("whole.branches").exists());
+    let (text, output) = (folder.text("job.json"), folder.text("stopped.h5"));
+    let place = folder.path("stopped.branches");
+    let mut sizes = Vec::new();
+    for (name, target) in [("TERM", "--output"), ("KILL", "--resume")] {
+        let args = ["run", &text, "--reuse", &model, target, &output];
+        let mut child = start(std::process::Command::new(PROGRAM), &args);
+        let before = kept(&place);
+        wait_until("a further cycle", &mut child, || kept(&place) > before);
+        signal(name, child.id());
+        let status = child.wait().expect("end");
+        assert!(name == "KILL" || status.code() == Some(5), "{status:?}");
+        assert!(!folder.path("stopped.h5").exists());
+        sizes.push(kept(&place));
+    }
+    assert!(sizes[0] < sizes[1], "{sizes:?}");
+    let ran = railsqueal(2, &["run", "--reuse", &model, "--resume", &output]);
+    ran.good();
+    assert_eq!(bits(&open(folder.path("stopped.h5"))), bits(&whole), "after a stop");
+    assert!(!place.exists());
+}
+
+/// Small cycles at the threshold of rest, and a cycle of an earlier result, lead to the branch that is marched to.
+#[test]
+fn other_starts_lead_to_the_same_branch() {
+    let folder = Folder::with(job(quick()).to_string());
+    let model = folder.text("model.h5");
+    folder.call(1, "run", &["--only", "stability", "--output", &model]).good();
+    folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("first.h5")]).good();
+    let first = open(folder.path("first.h5"));
+    let read = |file: &hdf5::File, name: &str| file.dataset(name).and_then(|d| d.read_raw::<f64>()).expect("numbers");
+    let (keys, energies) = (read(&first, "cycles/key"), read(&first, "cycles/kinetic"));
+    // From a cycle at another value of the key than that of the job, alone.
+    let mut cycles = quick();
+    cycles["most"] = json!(1);
+    cycles["starts"] = json!({ "modes": 0, "results": [{ "file": folder.text("first.h5"), "cycle": 1 }] });
+    let other = Folder::with(job(cycles).to_string());
+    other.call(1, "run", &["--reuse", &model, "--output", &other.text("second.h5")]).good();
+    let second = open(other.path("second.h5"));
+    let start = second.dataset("cycles/start").and_then(|d| d.read_raw::<i64>()).expect("start")[0] as usize;
+    let (key, energy) = (read(&second, "cycles/key")[start], read(&second, "cycles/kinetic")[start]);
+    assert!((key - keys[1]).abs() < 1e-12 && (energy / energies[1] - 1.0).abs() < 1e-6, "{key} {energy}");
+    // Beside the marched one it is recognised.
+    let mut cycles = quick();
+    cycles["starts"] = json!({ "modes": 1, "results": [{ "file": folder.text("first.h5"), "cycle": 1 }] });
+    let both = Folder::with(job(cycles).to_string());
+    let ran = both.call(2, "run", &["--reuse", &model, "--output", &both.text("both.h5")]);
+    assert!(ran.good().out.contains("the same branch"), "{}", ran.out);
+    assert_eq!(bits(&open(both.path("both.h5"))), bits(&first));
+    // A place that is not there, and another key.
+    let refused = |change: Value, along: &str, parts: &[&str]| {
+        let mut cycles = quick();
+        cycles["along"] = json!(along);
+        if along == "contact.friction" {
+            (cycles["from"], cycles["to"]) = (json!(0.2), json!(0.4));
+        }
+        cycles["starts"] = json!({ "results": [change] });
+        let folder = Folder::with(job(cycles).to_string());
+        folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("none.h5")]).failed(3, parts);
+    };
+    let file = folder.text("first.h5");
+    let lateral = "contact.creepage.lateral";
+    refused(json!({ "file": file, "cycle": 99 }), lateral, &["results[0]", "the number 99", "cycles"]);
+    refused(json!({ "file": file, "cycle": 0 }), "contact.friction", &["results[0]", lateral, "contact.friction"]);
+    refused(json!({ "file": model, "cycle": 0 }), lateral, &["results[0]", "found no /cycles/motion"]);
+}
+
+/// A branch ends where its range does; under a large load the contact opens and closes at nodes in the period.
+#[test]
+fn a_branch_over_the_load_ends_with_its_range() {
+    let mut cycles = quick();
+    cycles["along"] = json!("contact.normal_load");
+    (cycles["from"], cycles["to"], cycles["most"]) = (json!(280e3), json!(305e3), json!(30));
+    cycles["stability"] = json!(false);
+    cycles["longest"] = json!(1.0);
+    let mut job = job(cycles);
+    job["contact"]["patch"] = json!({ "half_length": 0.0085, "half_width": 0.0085 });
+    job["contact"]["normal_load"] = json!(300e3);
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &["--output", &folder.text("end.h5")]);
+    let out = &ran.good().out;
+    for part in
+        ["= 280000.0000000, at the end of the range", "= 305000.0000000, at the end of the range", "first opening"]
+    {
+        assert!(out.contains(part), "no {part:?} in\n{out}");
+    }
+}
+
 #[test]
 fn what_no_branch_can_follow_is_refused() {
     let refused = |change: Value, code: i32, parts: &[&str]| {
@@ -82,8 +190,12 @@ fn what_no_branch_can_follow_is_refused() {
         let folder = Folder::with(job(cycles).to_string());
         folder.call(1, "check", &[]).failed(code, parts);
     };
-    let key = "bodies.lower.material.young";
-    refused(json!({ "along": key }), 2, &["analyses.cycles.along", key, "friction", "creepage.lateral"]);
+    for key in ["bodies.lower.material.young", "bodies.lower.mesh.cylinder.thickness", "contact.patch.half_length"] {
+        refused(json!({ "along": key }), 2, &["analyses.cycles.along", key, "friction", "creepage.lateral"]);
+    }
+    refused(json!({ "starts": { "at": [0.5] } }), 2, &["analyses.cycles.starts.at", "found 0.5", "0.004 to 0.02"]);
+    refused(json!({ "starts": { "modes": 0 } }), 2, &["analyses.cycles.starts.modes", "at least one start"]);
+    refused(json!({ "sound_power": { "from": 1.0 } }), 2, &["analyses.cycles.sound_power.from", "a period"]);
     refused(json!({ "from": 0.015 }), 2, &["analyses.cycles.from, to", "0.015 to 0.02", "0.014"]);
     refused(json!({ "samples": 32, "harmonics": 8 }), 2, &["analyses.cycles.samples", "found 32", "8 harmonics"]);
     refused(json!({ "march": { "theta": 0.6 } }), 2, &["analyses.cycles.march.theta", "0.6", "0.5"]);

@@ -1,15 +1,15 @@
-"""Branch of limit cycles over a key: energy, velocity at the contact, stick and frequency; unstable parts dashed."""
+"""Branches of limit cycles over a key: energy, velocity at the contact, level, stick and frequency; unstable parts
+dashed."""
 
 from pathlib import Path
 
 import matplotlib.pyplot as plt
-import numpy as np
 from matplotlib.lines import Line2D
 
 from ..labels import body_words, quantity
 from ..result import Result
 from ..tables import Branches
-from .style import BLUE, GREY, PURPLE, RED, Canvas, heading, legend
+from .style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, Canvas, heading, legend
 
 # Mark and colour of a kind of special point.
 MARKS = {
@@ -22,40 +22,53 @@ MARKS = {
 }
 
 
+# Colours of branches, one after the other.
+COLORS = (BLUE, ORANGE, GREEN)
+
+
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
-    """The branch diagram of a result that has one."""
+    """The branch diagram of a result that has branches."""
     if not Branches.present(result):
         return []
     branch = Branches.of(result)
-    axis = quantity(branch.along, result.units("cycles/key"), body_words(result.job)).axis
-    velocity = np.sqrt((branch.velocity_rms**2).sum(axis=2)).max(axis=1)
+    key = quantity(branch.along, result.units("cycles/key"), body_words(result.job))
+    place = key.factor * branch.key
     shown = [
         (branch.kinetic, "mean kinetic\nenergy / J"),
-        (1e3 * velocity, "velocity at the contact,\nrms / (mm/s)"),
+        (1e3 * branch.velocity(), "velocity at the contact,\nrms / (mm/s)"),
         (100 * branch.stick[:, 1], "nodes that stick\nat most / %"),
         (branch.frequency, "frequency / Hz"),
     ]
-    figure, panels = plt.subplots(len(shown), 1, sharex=True, figsize=(7.2, 9.6), layout="constrained")
+    loudest = branch.loudest()
+    if loudest is not None:
+        shown.insert(2, (loudest, "sound power level\n/ dB(A)"))
+    figure, panels = plt.subplots(len(shown), 1, sharex=True, figsize=(7.2, 2.4 * len(shown)), layout="constrained")
     for axes, (values, label) in zip(panels, shown):
         for k in range(len(branch.key) - 1):
+            if branch.branch[k] != branch.branch[k + 1]:
+                continue
             broken = max(branch.unstable[k], branch.unstable[k + 1]) > 0
-            axes.plot(branch.key[k : k + 2], values[k : k + 2], color=BLUE, linestyle="--" if broken else "-")
+            color = COLORS[int(branch.branch[k]) % len(COLORS)]
+            axes.plot(place[k : k + 2], values[k : k + 2], color=color, linestyle="--" if broken else "-")
         for k, kind in enumerate(branch.special):
             if kind in MARKS:
                 mark, color = MARKS[kind]
-                axes.plot(branch.key[k], values[k], mark, color=color, markersize=6)
-        first = (branch.key[branch.start], values[branch.start])
-        axes.plot(*first, "o", color=BLUE, markerfacecolor="white", markersize=6)
+                axes.plot(place[k], values[k], mark, color=color, markersize=6)
+        for number, first in enumerate(branch.start):
+            color = COLORS[number % len(COLORS)]
+            axes.plot(place[first], values[first], "o", color=color, markerfacecolor="white", markersize=6)
         axes.set_ylabel(label)
         axes.ticklabel_format(axis="y", useOffset=False)
-        for key in branch.onset_key:
-            axes.axvline(key, color=GREY, linestyle=":", linewidth=1)
-    panels[-1].set_xlabel(axis)
-    panels[0].set_title(heading(result) + "branch of limit cycles")
+        for onset in key.factor * branch.onset_key[branch.onset_mode == 0]:
+            axes.axvline(onset, color=GREY, linestyle=":", linewidth=1)
+    panels[-1].set_xlabel(key.axis)
+    panels[0].set_title(heading(result) + "branches of limit cycles")
     handles = [Line2D([], [], color=BLUE, label="stable" if (branch.unstable >= 0).any() else "cycles")]
     if (branch.unstable > 0).any():
         handles.append(Line2D([], [], color=BLUE, linestyle="--", label="unstable"))
-    handles.append(Line2D([], [], linestyle="none", marker="o", color=BLUE, markerfacecolor="white", label="marched"))
+    handles.append(
+        Line2D([], [], linestyle="none", marker="o", color=BLUE, markerfacecolor="white", label="begun with")
+    )
     for kind in dict.fromkeys(k for k in branch.special if k in MARKS):
         mark, color = MARKS[kind]
         handles.append(Line2D([], [], linestyle="none", marker=mark, color=color, label=kind))

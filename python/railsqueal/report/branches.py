@@ -9,23 +9,27 @@ PICTURES = ("branches",)
 
 
 def section(result: Result, drawn: dict[str, str]) -> list[str]:
-    """Stability changes of rest, special points of the branch, why it ends, and its diagram."""
+    """Stability changes of rest, special points of the branches, why they end, and their diagram."""
     if not Branches.present(result):
         return []
     branch = Branches.of(result)
-    axis = quantity(branch.along, result.units("cycles/key"), body_words(result.job)).axis
+    quantities = quantity(branch.along, result.units("cycles/key"), body_words(result.job))
+    axis, factor = quantities.axis, quantities.factor
     parts = ['<h2 id="branches">Limit cycles as solutions</h2>']
     sides = {1: "above", 0: "below"}
     onsets = [
-        (digits(key, "{:.6f}"), sides[int(above)], digits(frequency, "{:.3f}"))
-        for key, above, frequency in zip(branch.onset_key, branch.onset_above, branch.onset_frequency)
+        (digits(factor * key, "{:.6f}"), sides[int(above)], digits(frequency, "{:.3f}"))
+        for key, above, frequency, mode in zip(
+            branch.onset_key, branch.onset_above, branch.onset_frequency, branch.onset_mode
+        )
+        if mode == 0
     ]
     if onsets:
         parts += ["<h3>Squeal starts by itself</h3>", table((axis, "side", "frequency, Hz"), onsets)]
     cells = [
         (
             branch.special[k],
-            digits(branch.key[k], "{:.6f}"),
+            digits(factor * branch.key[k], "{:.6f}"),
             digits(branch.frequency[k], "{:.3f}"),
             digits(branch.kinetic[k], "{:.4g}"),
             digits(branch.second_frequency[k], "{:.3f}") if branch.special[k] == "torus" else "",
@@ -36,7 +40,11 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
     if cells:
         rows, more = cut(cells)
         head = ("special point", axis, "frequency, Hz", "energy, J", "second frequency, Hz")
-        parts += ["<h3>Special points of the branch</h3>", table(head, rows), more]
-    ends = [(digits(branch.key[k], "{:.6f}"), text) for k, text in zip((0, -1), branch.end)]
-    parts += ["<h3>Ends of the branch</h3>", table((axis, "it ends"), ends, kind="words")]
+        parts += ["<h3>Special points of the branches</h3>", table(head, rows), more]
+    ends = [
+        (origin, digits(factor * branch.key[branch.places(number)[k]], "{:.6f}"), text)
+        for number, (origin, both) in enumerate(zip(branch.origin, branch.end))
+        for k, text in zip((0, -1), both)
+    ]
+    parts += ["<h3>Ends of the branches</h3>", table(("begun at", axis, "it ends"), ends, kind="words")]
     return parts + [drawn[name] for name in PICTURES if name in drawn]

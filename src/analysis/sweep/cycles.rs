@@ -179,7 +179,7 @@ impl Following<'_> {
         };
         let pair = model.pair(job)?;
         let heard = self.sounding.map(Sounding::heard);
-        let attempt = LimitCyclePoint { job, cycles: self.cycles, model: (&interface, pair), heard };
+        let attempt = LimitCyclePoint { job, cycles: self.cycles, model: (&interface, pair), heard, mode: 0 };
         history.update(attempt.identity(branch)?);
         let kept = PointCache {
             path: self.folder.join(format!("{}-{point:06}", branch.name())),

@@ -1,49 +1,88 @@
 //! The group `/cycles`: branches of limit cycles.
 
-use crate::cycles::BranchPoint;
-use crate::output::Table;
+use crate::cycles::{BranchPoint, Structure};
+use crate::grid::Interface;
+use crate::output::{Reader, Table};
+use crate::{Error, Result};
 use num_complex::Complex;
 
 /// Multipliers that are written of a cycle.
 const WRITTEN: usize = 12;
 
-/// A value of the key at which rest loses its stability, or finds it again.
+/// A value of the key at which a mode of rest begins to grow, or ceases to.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Onset {
     /// Value of the key.
     pub key: f64,
     /// Frequency of the eigenvalue whose growth rate is zero, Hz.
     pub frequency: f64,
-    /// True if rest is unstable at larger values.
+    /// True if the mode grows at larger values.
     pub above: bool,
+    /// Modes that grow on both sides: at a threshold of rest 0.
+    pub mode: usize,
 }
 
-/// A branch in the order of its cycles, and what is known of rest.
+impl Onset {
+    /// Length of [`numbers`](Self::numbers).
+    pub const NUMBERS: usize = 4;
+
+    /// All of it in a row.
+    pub fn numbers(&self) -> [f64; Self::NUMBERS] {
+        [self.key, self.frequency, f64::from(u8::from(self.above)), self.mode as f64]
+    }
+
+    /// From [`numbers`](Self::numbers); none of others.
+    pub fn from_numbers(all: &[f64]) -> Option<Self> {
+        let [key, frequency, above, mode] = *all else { return None };
+        Some(Self { key, frequency, above: above != 0.0, mode: mode as usize })
+    }
+}
+
+/// A branch in the order of its cycles.
+#[derive(Debug, Clone, PartialEq)]
+pub struct OneBranch {
+    /// The cycles from one end to the other.
+    pub points: Vec<BranchPoint>,
+    /// Place of the cycle that it was begun with.
+    pub start: usize,
+    /// Why it ends on both sides.
+    pub ends: [String; 2],
+    /// Its beginning, in words.
+    pub origin: String,
+    /// Unit of the motion, m √kg.
+    pub unit: f64,
+}
+
+/// The branches, and what is known of rest.
 pub struct BranchTables<'a> {
     /// The key and its unit.
     pub along: (&'a str, &'a str),
-    /// The cycles from one end to the other.
-    pub points: &'a [BranchPoint],
-    /// Place of the cycle that was marched.
-    pub start: usize,
-    /// Why the branch ends on both sides.
-    pub ends: [String; 2],
+    /// The branches.
+    pub branches: &'a [OneBranch],
     /// Velocities of the lower and the upper body (x, y, n) at the contact over the modal ones, `[6][m]`.
     pub watch: &'a [Vec<f64>],
-    /// Thresholds of rest.
+    /// Thresholds of rest, and of further modes.
     pub onsets: &'a [Onset],
+    /// Modes at the contact, and its nodes.
+    pub structure: (&'a Structure<'a>, &'a Interface),
 }
 
 impl BranchTables<'_> {
     /// All tables.
     pub fn tables(&self) -> Vec<Table> {
-        let points = self.points;
+        let points: Vec<&BranchPoint> = self.branches.iter().flat_map(|b| &b.points).collect();
         let count = points.len();
+        let of_branch = self.branches.iter().enumerate().flat_map(|(k, b)| vec![k as i64; b.points.len()]);
+        let firsts = self.branches.iter().scan(0, |sum, b| {
+            let first = *sum;
+            *sum += b.points.len();
+            Some((first + b.start) as i64)
+        });
         let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&BranchPoint) -> f64| {
-            Table::list(&format!("/cycles/{name}"), units, text, points.iter().map(of).collect::<Vec<f64>>())
+            Table::list(&format!("/cycles/{name}"), units, text, points.iter().map(|p| of(p)).collect::<Vec<f64>>())
         };
         let rows = |name: &str, units: &str, text: &str, shape: &[usize], of: &dyn Fn(&BranchPoint) -> Vec<f64>| {
-            let values: Vec<f64> = points.iter().flat_map(of).collect();
+            let values: Vec<f64> = points.iter().flat_map(|p| of(p)).collect();
             Table::new(&format!("/cycles/{name}"), units, text, &[&[count], shape].concat(), values)
         };
         let nan = Complex::new(f64::NAN, f64::NAN);
@@ -58,12 +97,12 @@ impl BranchTables<'_> {
         let unstable: Vec<i64> =
             points.iter().map(|p| p.multipliers.as_ref().map_or(-1, |m| m.unstable() as i64)).collect();
         let special: Vec<String> = points.iter().map(|p| p.special.map_or("", |s| s.kind.name()).into()).collect();
-        let told: Vec<&BranchPoint> = points.iter().filter(|p| p.special.is_some()).collect();
+        let told: Vec<&BranchPoint> = points.iter().copied().filter(|p| p.special.is_some()).collect();
         let places: Vec<i64> = (0..count).filter(|&k| points[k].special.is_some()).map(|k| k as i64).collect();
         let steps = points.first().map_or(0, |p| p.cycle.force.len());
         let onsets = |of: &dyn Fn(&Onset) -> f64| self.onsets.iter().map(of).collect::<Vec<f64>>();
         let (along, unit) = self.along;
-        vec![
+        let mut all = vec![
             Table::scalar("/cycles/along", "-", "Key along which the branch goes.", along.to_owned()),
             list("key", unit, "Value of the key.", &|p| p.key),
             list("frequency", "Hz", "Frequency.", &|p| p.cycle.frequency),
@@ -106,8 +145,26 @@ impl BranchTables<'_> {
             list("second_frequency", "Hz", "Second frequency at a torus point; 0 elsewhere.", &|p| {
                 p.special.map_or(0.0, |s| s.second)
             }),
-            Table::scalar("/cycles/start", "1", "Place of the cycle that was marched.", self.start as i64),
-            Table::list("/cycles/end", "-", "Why the branch ends, on both sides.", self.ends.to_vec()),
+            Table::list("/cycles/branch", "1", "Number of the branch of each cycle.", of_branch.collect::<Vec<i64>>()),
+            Table::list(
+                "/cycles/start",
+                "1",
+                "Place of the cycle that each branch was begun with.",
+                firsts.collect::<Vec<i64>>(),
+            ),
+            Table::list(
+                "/cycles/origin",
+                "-",
+                "Where each branch was begun.",
+                self.branches.iter().map(|b| b.origin.clone()).collect::<Vec<String>>(),
+            ),
+            Table::new(
+                "/cycles/end",
+                "-",
+                "Why each branch ends, on both sides.",
+                &[self.branches.len(), 2],
+                self.branches.iter().flat_map(|b| b.ends.clone()).collect::<Vec<String>>(),
+            ),
             Table::list("/cycles/onset/key", unit, "Values of the key at which the stability of rest changes.", {
                 onsets(&|o| o.key)
             }),
@@ -117,6 +174,12 @@ impl BranchTables<'_> {
             Table::list("/cycles/onset/above", "-", "1 where rest is unstable above, 0 where below.", {
                 self.onsets.iter().map(|o| i8::from(o.above)).collect::<Vec<i8>>()
             }),
+            Table::list(
+                "/cycles/onset/mode",
+                "1",
+                "Modes of rest that grow on both sides: 0 where rest loses its stability or finds it again.",
+                self.onsets.iter().map(|o| o.mode as i64).collect::<Vec<i64>>(),
+            ),
             Table::list("/cycles/period/point", "1", "Places of the special points, whose periods follow.", places),
             Table::new(
                 "/cycles/period/force",
@@ -132,6 +195,163 @@ impl BranchTables<'_> {
                 &[told.len(), steps, 2],
                 told.iter().flat_map(|p| p.cycle.nodes.iter().flatten().map(|n| *n as i64)).collect::<Vec<i64>>(),
             ),
+        ];
+        all.extend(self.motions());
+        all
+    }
+
+    /// Motion and contact of every cycle, from which later runs begin.
+    fn motions(&self) -> Vec<Table> {
+        let points = || self.branches.iter().flat_map(|b| b.points.iter().map(move |p| (b.unit, p)));
+        let count = points().count();
+        let (structure, interface) = self.structure;
+        let (basis, r, n) = (structure.basis(), structure.rank(), interface.len());
+        let parts = points().next().map_or(0, |(_, p)| p.u.len().saturating_sub(2) / r.max(1));
+        let motion = points().flat_map(|(unit, p)| p.u[..r * parts].iter().map(move |u| unit * u));
+        let memory = points().next().map_or(0, |(_, p)| p.cycle.begin.friction.len());
+        let rows = |name: &str, units: &str, text: &str, shape: &[usize], values: Vec<f64>| {
+            Table::new(&format!("/cycles/motion/{name}"), units, text, &[&[count], shape].concat(), values).summed()
+        };
+        let list = |of: &dyn Fn(&BranchPoint) -> Vec<f64>| points().flat_map(|(_, p)| of(p)).collect::<Vec<f64>>();
+        let position: Vec<f64> = (0..n).flat_map(|i| interface.point(i)).collect();
+        vec![
+            Table::new("/cycles/motion/position", "m", "Contact nodes (x, y).", &[n, 2], position).summed(),
+            Table::new(
+                "/cycles/motion/basis",
+                "kg^-1/2",
+                "Functions of the modal motion that act at the contact: displacement (x, y, n) of each node.",
+                &[3 * n, r],
+                (0..3 * n).flat_map(|i| (0..r).map(move |k| basis[(i, k)])).collect::<Vec<f64>>(),
+            )
+            .summed(),
+            rows(
+                "coefficient",
+                "m kg^1/2",
+                "Motion of these functions: mean, then cosine and sine of each harmonic.",
+                &[parts, r],
+                motion.collect(),
+            ),
+            rows("reaction", "N", "Contact forces (x, y, n) at the phase where marches begin.", &[3 * n], {
+                list(&|p| p.cycle.begin.reaction.clone())
+            }),
+            rows(
+                "friction",
+                "1",
+                "Coefficients of friction there; without columns where friction is constant.",
+                &[memory],
+                list(&|p| p.cycle.begin.friction.clone()),
+            ),
+            rows("approach", "m", "Approach there.", &[], list(&|p| vec![p.cycle.begin.approach])),
+            rows("key", "-", "Value of the key.", &[], list(&|p| vec![p.key])),
+            rows("frequency", "Hz", "Frequency.", &[], list(&|p| vec![p.cycle.frequency])),
+            Table::scalar("/cycles/motion/along", "-", "The key.", self.along.0.to_owned()).summed(),
         ]
+    }
+}
+
+/// Place of the values that two runs may have of one contact node, m.
+const SAME_PLACE: f64 = 1e-9;
+
+/// A cycle of an earlier result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct EarlierCycle {
+    /// The file and the place in it.
+    pub file: String,
+    /// Place among the cycles.
+    pub place: usize,
+    /// Value of the key.
+    pub key: f64,
+    /// Frequency, Hz.
+    pub frequency: f64,
+    /// Displacements of the contact nodes, m: mean, then cosine and sine of each harmonic, `[2H + 1][3n]`.
+    pub displacement: Vec<Vec<f64>>,
+    /// Contact forces, N, `[3n]`.
+    pub reaction: Vec<f64>,
+    /// Coefficients of friction, `[n]` or none.
+    pub friction: Vec<f64>,
+    /// Approach, m.
+    pub approach: f64,
+}
+
+impl EarlierCycle {
+    /// The cycle `place` of a result whose branches go along the key `along`, on the contact of `interface`.
+    pub fn read(file: &Reader, (along, place): (&str, usize), interface: &Interface) -> Result<Self> {
+        let name = file.path().display().to_string();
+        let refused = |what: String| Error::Input(format!("{name}: {what}"));
+        if !file.has("/cycles/motion/coefficient") {
+            return Err(refused("found no /cycles/motion, expected a result of analyses.cycles".into()));
+        }
+        let there = file.verified_text("/cycles/motion/along")?;
+        if there != along {
+            return Err(refused(format!("found branches along \"{there}\", expected \"{along}\"")));
+        }
+        let read = |name: &str| file.verified_numbers(&format!("/cycles/motion/{name}"));
+        let (shape, coefficient) = read("coefficient")?;
+        let [count, parts, r] = shape[..] else { return Err(refused("/cycles/motion/coefficient is damaged".into())) };
+        if place >= count {
+            return Err(refused(format!("found {count} cycles, expected one with the number {place}, from 0")));
+        }
+        let n = interface.len();
+        let (_, position) = read("position")?;
+        let same = position.len() == 2 * n
+            && position.chunks_exact(2).enumerate().all(|(i, p)| {
+                let [x, y] = interface.point(i);
+                (p[0] - x).abs() < SAME_PLACE && (p[1] - y).abs() < SAME_PLACE
+            });
+        if !same {
+            return Err(refused(format!(
+                "found {} contact nodes in other places, expected the {n} of this job; give the same contact grid",
+                position.len() / 2
+            )));
+        }
+        let (_, basis) = read("basis")?;
+        let row = |values: Vec<f64>| {
+            let width = values.len() / count.max(1);
+            values[place * width..(place + 1) * width].to_vec()
+        };
+        let z = row(coefficient);
+        let displacement = z
+            .chunks_exact(r)
+            .map(|z| (0..3 * n).map(|i| z.iter().zip(&basis[r * i..]).map(|(z, b)| z * b).sum()).collect::<Vec<f64>>());
+        let displacement: Vec<Vec<f64>> = displacement.take(parts).collect();
+        let one = |name: &str| read(name).map(|(_, values)| values[place]);
+        Ok(Self {
+            file: name.clone(),
+            place,
+            key: one("key")?,
+            frequency: one("frequency")?,
+            displacement,
+            reaction: row(read("reaction")?.1),
+            friction: row(read("friction")?.1),
+            approach: one("approach")?,
+        })
+    }
+
+    /// All of it but its place, in a row.
+    pub fn numbers(&self) -> Vec<f64> {
+        let counts = [self.displacement.len(), self.reaction.len(), self.friction.len()].map(|n| n as f64);
+        let mut all = counts.to_vec();
+        all.extend([self.key, self.frequency, self.approach]);
+        all.extend(self.displacement.iter().flatten().chain(&self.reaction).chain(&self.friction));
+        all
+    }
+
+    /// From [`numbers`](Self::numbers) and file and place; none of others.
+    pub fn from_numbers((file, place): (String, usize), all: &[f64]) -> Option<Self> {
+        let (&[parts, rows, memory, key, frequency, approach], rest) = all.split_first_chunk::<6>()?;
+        let [parts, rows, memory] = [parts, rows, memory].map(|n| n as usize);
+        let (displacement, rest) = rest.split_at_checked(parts * rows)?;
+        let (reaction, friction) = rest.split_at_checked(rows)?;
+        let displacement = displacement.chunks_exact(rows.max(1)).map(<[f64]>::to_vec).collect();
+        (friction.len() == memory).then(|| Self {
+            file,
+            place,
+            key,
+            frequency,
+            displacement,
+            reaction: reaction.to_vec(),
+            friction: friction.to_vec(),
+            approach,
+        })
     }
 }

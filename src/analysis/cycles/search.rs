@@ -1,0 +1,158 @@
+//! The bodies of a job over the key of its branches, and when the search has to stop.
+
+use crate::case::stability_problem::StabilityProblem;
+use crate::case::transient_problem::TransientProblem;
+use crate::cycles::{BranchExtent, Conditions, Family, Resolution};
+use crate::grid::Interface;
+use crate::job::{self, range, Branches, Job, StabilityState, StartState};
+use crate::model::CoupledModel;
+use crate::stability::grows;
+use crate::stop::Stop;
+use crate::{Error, Result};
+use std::cell::Cell;
+use std::path::Path;
+use std::time::{Duration, Instant};
+
+/// The bodies and the key.
+#[derive(Clone, Copy)]
+pub(super) struct Search<'a> {
+    pub(super) job: &'a Job,
+    pub(super) wanted: &'a Branches,
+    pub(super) model: (&'a Interface, &'a CoupledModel),
+}
+
+impl Family for Search<'_> {
+    fn at(&self, key: f64) -> Result<Conditions> {
+        let job = self.job_at(key)?;
+        range(&job)?;
+        let transient = self.transient()?;
+        let rolling = self.rolling(&job, &transient)?;
+        let ready = rolling.ready()?;
+        let model = ready.model(self.model.1);
+        let (_, settings) = ready.begin(&model, &rolling)?;
+        Ok(Conditions { settings, interface: ready.interface().clone() })
+    }
+}
+
+impl<'a> Search<'a> {
+    /// The job at a value of the key.
+    pub(super) fn job_at(&self, key: f64) -> Result<Job> {
+        match self.job.contact_number(&self.wanted.along) == Some(key) {
+            true => Ok(self.job.clone()),
+            false => self.job.with_contact_number(&self.wanted.along, key),
+        }
+    }
+
+    /// The values of the key at which unstable modes are looked for.
+    pub(super) fn values(&self) -> Vec<f64> {
+        match &self.wanted.starts.at[..] {
+            [] => self.job.contact_number(&self.wanted.along).into_iter().collect(),
+            given => given.to_vec(),
+        }
+    }
+
+    /// The march of the first cycle as a transient.
+    pub(super) fn transient(&self) -> Result<job::Transient> {
+        Ok(self.wanted.march.transient(match self.stability()?.state() {
+            StabilityState::Sliding => StartState::Sliding,
+            StabilityState::Steady => StartState::Steady,
+        }))
+    }
+
+    /// The transient of `job`, which has the same bodies.
+    pub(super) fn rolling<'b>(&self, job: &'b Job, wanted: &'b job::Transient) -> Result<TransientProblem<'b>>
+    where
+        'a: 'b,
+    {
+        let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("limit cycles without contact".into()))?;
+        Ok(TransientProblem { job, wanted, contact, model: self.model })
+    }
+
+    fn stability(&self) -> Result<&'a job::Stability> {
+        let stability = self.job.analyses.stability.as_ref();
+        stability.ok_or_else(|| Error::Defect("limit cycles without stability".into()))
+    }
+
+    /// The eigenvalues about rest at a value of the key.
+    pub(super) fn with_problem<T>(&self, key: f64, found: impl FnOnce(StabilityProblem<'_>) -> Result<T>) -> Result<T> {
+        let job = self.job_at(key)?;
+        let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("limit cycles without contact".into()))?;
+        found(StabilityProblem { job: &job, stability: self.stability()?, contact, model: self.model })
+    }
+
+    /// Growth rates about rest, 1/s, and frequencies, Hz, of the modes that oscillate, by falling growth rate; and
+    /// whether each grows.
+    pub(super) fn growth(&self, key: f64) -> Result<Vec<([f64; 2], bool)>> {
+        let spectrum = self.with_problem(key, |problem| problem.eigenvalues())?.spectrum;
+        let moving = spectrum.eigenpairs.iter().filter(|e| e.frequency() > 0.0);
+        Ok(moving.map(|e| ([e.value.re, e.frequency()], grows(e.value, e.backward_error))).collect())
+    }
+
+    /// Harmonics and steps of a cycle.
+    pub(super) fn resolution(&self) -> Resolution {
+        Resolution { harmonics: self.wanted.harmonics as usize, samples: self.wanted.samples as usize }
+    }
+
+    /// Extent of the branches.
+    pub(super) fn extent(&self) -> BranchExtent {
+        let wanted = self.wanted;
+        BranchExtent {
+            range: [wanted.from, wanted.to],
+            most: wanted.most as usize,
+            longest: wanted.longest,
+            located: super::LOCATED,
+            stability: wanted.stability,
+        }
+    }
+}
+
+/// True for errors of one value of the key or of one start, which others may not have.
+pub(super) fn is_local(e: &Error) -> bool {
+    matches!(e, Error::Job(_) | Error::Input(_) | Error::NotConverged(_))
+}
+
+/// When this rank has to stop: on a signal, or before the limit of wall time.
+pub(super) struct Clock<'s> {
+    stop: &'s Stop,
+    /// Beginning of the step at work, and the longest one so far.
+    begun: Cell<Instant>,
+    longest: Cell<Duration>,
+    why: Cell<Option<&'static str>>,
+}
+
+impl<'s> Clock<'s> {
+    pub(super) fn new(stop: &'s Stop) -> Self {
+        let (begun, longest) = (Cell::new(Instant::now()), Cell::new(Duration::ZERO));
+        Self { stop, begun, longest, why: Cell::new(None) }
+    }
+
+    /// Begins a step.
+    pub(super) fn start_step(&self) {
+        self.begun.set(Instant::now());
+    }
+
+    /// Ends a step, begins the next one and returns whether to go on.
+    pub(super) fn goes_on(&self) -> bool {
+        self.longest.set(self.longest.get().max(self.begun.get().elapsed()));
+        self.start_step();
+        if self.why.get().is_none() {
+            self.why.set(self.stop.asked(self.longest.get()));
+        }
+        self.why.get().is_none()
+    }
+
+    /// True once the search has to stop.
+    pub(super) fn is_over(&self) -> bool {
+        self.why.get().is_some()
+    }
+
+    /// The end of the run: the same on every rank.
+    pub(super) fn error(&self, folder: &Path, output: &Path) -> Error {
+        Error::Stopped(format!(
+            "stopped {} among the limit cycles; those that are done are kept in {}, and --resume {} takes them up",
+            self.why.get().unwrap_or("on request"),
+            folder.display(),
+            output.display()
+        ))
+    }
+}

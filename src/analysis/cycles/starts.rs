@@ -1,0 +1,299 @@
+//! Cycles that branches begin with: marched from an unstable mode, small ones at a threshold of rest, or a cycle of an
+//! earlier result.
+
+use super::follow::Walker;
+use super::search::{is_local, Search};
+use crate::case::limit_cycle_point::LimitCyclePoint;
+use crate::case::transient_problem::scale;
+use crate::cycles::branch::{solve, solve_under};
+use crate::cycles::corrector::Condition;
+use crate::cycles::{multipliers, BranchPoint, BranchState, ContactMemory};
+use crate::output::datasets::branches::{EarlierCycle, Onset};
+use crate::output::Reader;
+use crate::parallel::World;
+use crate::transient::{Scheme, Settings, State, Stepper};
+use crate::{Error, Result};
+use num_complex::Complex64;
+use std::f64::consts::PI;
+
+/// Periods that a marched cycle goes on in the steps of the equations before they take it over.
+const PERIODS: usize = 8;
+/// Amplitude of the first cycle at a threshold of rest, of that at which a node reaches the creep velocity.
+const SMALL: f64 = 0.08;
+
+/// Origin of a branch.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) enum BranchOrigin {
+    /// The cycle that a motion reaches from an unstable mode of rest.
+    Mode {
+        /// Value of the key.
+        key: f64,
+        /// Rank of the mode by its growth rate.
+        mode: usize,
+        /// Growth rate, 1/s, and frequency, Hz.
+        growth: [f64; 2],
+    },
+    /// Small cycles at a threshold of rest.
+    Threshold(Onset),
+    /// A cycle of an earlier result.
+    Result(Box<EarlierCycle>),
+}
+
+/// A start before it is solved for.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct Candidate {
+    pub(super) origin: BranchOrigin,
+}
+
+impl Candidate {
+    /// In words.
+    pub(super) fn text(&self, along: &str) -> String {
+        match &self.origin {
+            BranchOrigin::Mode { key, mode, growth: [rate, frequency] } => {
+                format!("unstable mode {} at {along} = {key} ({frequency:.3} Hz, growth rate {rate:.3} 1/s)", mode + 1)
+            }
+            BranchOrigin::Threshold(onset) => {
+                format!("threshold of rest at {along} = {:.7} ({:.3} Hz)", onset.key, onset.frequency)
+            }
+            BranchOrigin::Result(earlier) => format!("cycle {} of {}", earlier.place, earlier.file),
+        }
+    }
+}
+
+/// A start that was not solved.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct FailedStart {
+    pub(super) origin: String,
+    pub(super) why: String,
+}
+
+/// A cycle that a branch begins with.
+#[derive(Debug, Clone, PartialEq)]
+pub(super) struct BranchStart {
+    /// Number of its candidate.
+    pub(super) number: usize,
+    /// Units of the motion, m √kg, and of the angular frequency, rad/s; value of the key that counts from.
+    pub(super) scale: [f64; 3],
+    /// The branch, with this cycle alone.
+    pub(super) state: BranchState,
+}
+
+impl BranchStart {
+    /// The cycle.
+    pub(super) fn point(&self) -> Result<&BranchPoint> {
+        self.state.points.first().ok_or_else(|| Error::Defect("limit cycles: a start without cycle".into()))
+    }
+
+    /// All of it in a row.
+    pub(super) fn numbers(&self) -> Result<Vec<f64>> {
+        let point = self.point()?.numbers();
+        let mut all = vec![self.number as f64];
+        all.extend(self.scale);
+        all.push(point.len() as f64);
+        all.extend(point);
+        all.extend(self.state.numbers());
+        Ok(all)
+    }
+
+    /// From [`numbers`](Self::numbers); none where they are not those of a start.
+    pub(super) fn from_numbers(all: &[f64]) -> Option<Self> {
+        let (head, rest) = all.split_at_checked(5)?;
+        let (point, state) = rest.split_at_checked(head[4] as usize)?;
+        let point = BranchPoint::from_numbers(point)?;
+        let state = BranchState::from_numbers(state, vec![point])?;
+        Some(Self { number: head[0] as usize, scale: [head[1], head[2], head[3]], state })
+    }
+}
+
+/// Collective: all starts of the job, the same on every rank: the unstable modes at each value of the key, the
+/// thresholds of rest where they are asked for, cycles of earlier results.
+pub(super) fn candidates(search: &Search<'_>, world: &World, onsets: &[Onset]) -> Result<Vec<Candidate>> {
+    let wanted = &search.wanted.starts;
+    let most = wanted.modes.map_or(usize::MAX, |n| n as usize);
+    let modes = world.on_root(|| {
+        let mut all = Vec::new();
+        for key in search.values() {
+            let growing = match search.growth(key) {
+                Ok(found) => found.into_iter().filter(|g| g.1).map(|g| g.0).take(most).collect(),
+                // Elsewhere the model may hold.
+                Err(e) if is_local(&e) && !wanted.at.is_empty() => Vec::new(),
+                Err(e) => return Err(e),
+            };
+            let row = |(mode, g): (usize, &[f64; 2])| [key, mode as f64, g[0], g[1]];
+            all.extend(growing.iter().enumerate().flat_map(row));
+        }
+        Ok(all)
+    })?;
+    let modes = world.broadcast(modes.unwrap_or_default());
+    let mode = |c: &[f64]| BranchOrigin::Mode { key: c[0], mode: c[1] as usize, growth: [c[2], c[3]] };
+    let mut origins: Vec<BranchOrigin> = modes.chunks_exact(4).map(mode).collect();
+    if wanted.thresholds {
+        origins.extend(onsets.iter().copied().map(BranchOrigin::Threshold));
+    }
+    for (k, given) in wanted.results.iter().enumerate() {
+        let key = format!("analyses.cycles.starts.results[{k}]");
+        let earlier = world.on_root(|| {
+            let reader = Reader::open(given.file.as_ref())?;
+            EarlierCycle::read(&reader, (&search.wanted.along, given.cycle as usize), search.model.0)
+                .map(|e| e.numbers())
+                .map_err(|e| e.context(key.clone()))
+        })?;
+        let numbers = world.broadcast(earlier.unwrap_or_default());
+        let place = (given.file.display().to_string(), given.cycle as usize);
+        let earlier = EarlierCycle::from_numbers(place, &numbers)
+            .ok_or_else(|| Error::Defect("limit cycles: a cycle was torn on its way".into()))?;
+        let [from, to] = [search.wanted.from, search.wanted.to];
+        if !(from..=to).contains(&earlier.key) {
+            return Err(Error::Job(format!(
+                "{key}.cycle: found one at {} = {}, expected one in the range from {from} to {to}",
+                search.wanted.along, earlier.key
+            )));
+        }
+        origins.push(BranchOrigin::Result(Box::new(earlier)));
+    }
+    Ok(origins.into_iter().map(|origin| Candidate { origin }).collect())
+}
+
+/// Unknowns that Newton's method begins with.
+struct Guess {
+    /// Coefficients of the motion, m √kg.
+    z: Vec<f64>,
+    /// See [`BranchStart::scale`].
+    scale: [f64; 3],
+    memory: ContactMemory,
+    /// True if the amplitude is held in the place of the key.
+    small: bool,
+}
+
+impl Walker<'_, '_> {
+    /// Solves for the cycle of a candidate.
+    pub(super) fn solve(&self, number: usize, candidate: &Candidate) -> Result<BranchStart> {
+        let guess = match &candidate.origin {
+            BranchOrigin::Mode { key, mode, .. } => self.marched(*key, *mode)?,
+            BranchOrigin::Threshold(onset) => self.at_threshold(onset)?,
+            BranchOrigin::Result(earlier) => self.earlier(earlier),
+        };
+        let Guess { z, scale: [unit, omega, key], memory, small } = guess;
+        let mut equations = self.equations([unit, omega, key], memory);
+        let mut u: Vec<f64> = z.iter().map(|z| z / unit).collect();
+        u.extend([1.0, 0.0]);
+        let mut jacobian = None;
+        let r = self.structure.rank();
+        let mut ahead = vec![0.0; u.len()];
+        let found = match small {
+            false => solve(&mut equations, u, &mut jacobian)?,
+            true => {
+                let size = u[r..z.len()].iter().map(|u| u * u).sum::<f64>().sqrt();
+                (r..z.len()).for_each(|k| ahead[k] = u[k] / size);
+                let held = Condition { row: ahead.clone(), reference: u.clone() };
+                solve_under(&mut equations, u, held, &mut jacobian)?
+            }
+        };
+        if equations.amplitude(&found.u) < SMALL / 4.0 {
+            return Err(Error::NotConverged("limit cycles: Newton's method falls back to rest".into()));
+        }
+        let key = equations.key_of(&found.u);
+        let values = match self.search.wanted.stability {
+            true => Some(multipliers(
+                self.structure,
+                &crate::cycles::Family::at(self.search, key)?,
+                &found.cycle,
+                self.search.resolution(),
+            )?),
+            false => None,
+        };
+        let Some(jacobian) = jacobian else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
+        let point = BranchPoint { key, u: found.u, cycle: found.cycle, multipliers: values, special: None };
+        let mut state = BranchState::new(point, jacobian, true, &self.search.extent());
+        state.marches = equations.marches;
+        if small {
+            state = state.towards(ahead);
+        }
+        Ok(BranchStart { number, scale: [unit, omega, equations.key[0]], state })
+    }
+
+    /// The motion that the mode of the rank `mode` leads to at `key`, marched.
+    fn marched(&self, key: f64, mode: usize) -> Result<Guess> {
+        let (search, structure) = (self.search, self.structure);
+        let job = search.job_at(key)?;
+        let cycles = &search.wanted.march;
+        let attempt = LimitCyclePoint { job: &job, cycles, model: search.model, heard: None, mode };
+        let motion = attempt.follow(None)?.motion.ok_or_else(|| {
+            Error::NotConverged("limit cycles: the motion that begins with this mode dies out".into())
+        })?;
+        let transient = search.transient()?;
+        let rolling = search.rolling(&job, &transient)?;
+        let ready = rolling.ready()?;
+        let model = ready.model(search.model.1);
+        let (mut state, settings) = ready.begin(&model, &rolling)?;
+        state.q.iter_mut().zip(&motion.q).for_each(|(q, d)| *q += d);
+        state.v.iter_mut().zip(&motion.v).for_each(|(v, d)| *v += d);
+        let resolution = search.resolution();
+        let scheme = Scheme { step: motion.period / resolution.samples as f64, theta: 0.5 };
+        let mut stepper = Stepper::new(model, Settings { scheme, ..settings }, state)?;
+        stepper.settle()?;
+        for _ in 0..PERIODS * resolution.samples {
+            stepper.advance()?;
+        }
+        let z = structure.follow(&mut stepper, resolution)?;
+        let unit = z[structure.rank()..].iter().map(|z| z * z).sum::<f64>().sqrt();
+        let memory = memory_of(stepper.state());
+        Ok(Guess { z, scale: [unit, 2.0 * PI / motion.period, key], memory, small: false })
+    }
+
+    /// The small motion along the mode that neither grows nor decays at a threshold of rest.
+    fn at_threshold(&self, onset: &Onset) -> Result<Guess> {
+        let (search, structure) = (self.search, self.structure);
+        let found = search.with_problem(onset.key, |problem| problem.analyse())?;
+        let mode = found.spectrum.eigenpairs.iter().filter(|e| e.frequency() > 0.0).nth(onset.mode);
+        let Some(mode) = mode else {
+            return Err(Error::NotConverged("limit cycles: the mode of the threshold is not found again".into()));
+        };
+        let job = search.job_at(onset.key)?;
+        let transient = search.transient()?;
+        let rolling = search.rolling(&job, &transient)?;
+        let ready = rolling.ready()?;
+        let (rest, settings) = ready.begin(&ready.model(search.model.1), &rolling)?;
+        // The motion at which a node at the contact reaches the velocity of the creepage.
+        let omega = mode.value.im.abs();
+        let creepage = rolling.contact.creepage;
+        let creep = creepage.longitudinal.hypot(creepage.lateral) * settings.drive.speed;
+        let amplitude = if creep > 0.0 { creep / omega } else { 100.0 * search.wanted.march.amplitude };
+        let factor = scale(search.model.1, &mode.modal, amplitude);
+        let turn = |z: &Complex64| if mode.value.im < 0.0 { z.conj() } else { *z };
+        let modal: Vec<Complex64> = mode.modal.iter().map(|q| turn(&(factor * q))).collect();
+        let first = structure.at_contact(&modal);
+        let mean: Vec<Complex64> = rest.q.iter().map(|q| Complex64::new(*q, 0.0)).collect();
+        let unit = first.iter().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
+        let mut z: Vec<f64> = structure.at_contact(&mean).iter().map(|z| z.re).collect();
+        z.extend(first.iter().map(|z| SMALL * z.re));
+        z.extend(first.iter().map(|z| -SMALL * z.im));
+        z.resize(structure.rank() * (2 * search.resolution().harmonics + 1), 0.0);
+        Ok(Guess { z, scale: [unit, omega, onset.key], memory: memory_of(&rest), small: true })
+    }
+
+    /// A cycle of an earlier result, as the modes of this job have it.
+    fn earlier(&self, earlier: &EarlierCycle) -> Guess {
+        let harmonics = self.search.resolution().harmonics;
+        let r = self.structure.rank();
+        let mut z: Vec<f64> = Vec::new();
+        for displacement in earlier.displacement.iter().take(2 * harmonics + 1) {
+            z.extend(self.structure.projected(displacement));
+        }
+        z.resize(r * (2 * harmonics + 1), 0.0);
+        let unit = z[r..].iter().map(|z| z * z).sum::<f64>().sqrt();
+        // The period that gives this frequency in as many steps.
+        let part = PI / self.search.resolution().samples as f64;
+        let omega = 2.0 * PI * earlier.frequency * part / part.tan();
+        let memory = ContactMemory {
+            reaction: earlier.reaction.clone(),
+            friction: earlier.friction.clone(),
+            approach: earlier.approach,
+        };
+        Guess { z, scale: [unit, omega, earlier.key], memory, small: false }
+    }
+}
+
+fn memory_of(state: &State) -> ContactMemory {
+    ContactMemory { reaction: state.reaction.clone(), friction: state.friction.clone(), approach: state.approach }
+}

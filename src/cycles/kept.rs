@@ -1,0 +1,210 @@
+//! Cycles and branches as numbers: so they travel between ranks and are kept without loss.
+
+use super::balance::{ContactMemory, PeriodicSolution};
+use super::branch::{BranchEnd, BranchPoint, BranchState, Special, SpecialKind};
+use super::floquet::Multipliers;
+use faer::Mat;
+
+type C = num_complex::Complex<f64>;
+
+/// Numbers one after the other; lists begin with their length.
+#[derive(Debug, Default)]
+struct Writer(Vec<f64>);
+
+impl Writer {
+    fn one(&mut self, value: f64) {
+        self.0.push(value);
+    }
+
+    fn many(&mut self, values: &[f64]) {
+        self.0.extend(values);
+    }
+
+    fn list(&mut self, values: &[f64]) {
+        self.one(values.len() as f64);
+        self.many(values);
+    }
+
+    fn rows<const N: usize>(&mut self, rows: &[[f64; N]]) {
+        self.list(rows.as_flattened());
+    }
+
+    fn complex(&mut self, values: &[C]) {
+        let all: Vec<[f64; 2]> = values.iter().map(|z| [z.re, z.im]).collect();
+        self.rows(&all);
+    }
+
+    fn memory(&mut self, memory: &ContactMemory) {
+        self.list(&memory.reaction);
+        self.list(&memory.friction);
+        self.one(memory.approach);
+    }
+}
+
+/// The way back; none where numbers are missing.
+struct Numbers<'a>(&'a [f64]);
+
+impl Numbers<'_> {
+    fn one(&mut self) -> Option<f64> {
+        let (first, rest) = self.0.split_first()?;
+        self.0 = rest;
+        Some(*first)
+    }
+
+    fn count(&mut self) -> Option<usize> {
+        let count = self.one()?;
+        ((0.0..=1e15).contains(&count) && count.fract() == 0.0).then_some(count as usize)
+    }
+
+    fn list(&mut self) -> Option<Vec<f64>> {
+        let count = self.count()?;
+        let (list, rest) = self.0.split_at_checked(count)?;
+        self.0 = rest;
+        Some(list.to_vec())
+    }
+
+    fn rows<const N: usize>(&mut self) -> Option<Vec<[f64; N]>> {
+        let all = self.list()?;
+        (all.len() % N == 0).then(|| all.chunks_exact(N).map(|c| std::array::from_fn(|k| c[k])).collect())
+    }
+
+    fn complex(&mut self) -> Option<Vec<C>> {
+        Some(self.rows::<2>()?.into_iter().map(|[re, im]| C::new(re, im)).collect())
+    }
+
+    fn memory(&mut self) -> Option<ContactMemory> {
+        Some(ContactMemory { reaction: self.list()?, friction: self.list()?, approach: self.one()? })
+    }
+
+    fn cycle(&mut self) -> Option<PeriodicSolution> {
+        let [omega, frequency, kinetic] = [self.one()?, self.one()?, self.one()?];
+        let force = self.rows()?;
+        let nodes = self.rows::<2>()?.into_iter().map(|n| n.map(|n| n as usize)).collect();
+        let count = self.count()?;
+        let modal = (0..count).map(|_| self.complex()).collect::<Option<_>>()?;
+        let state = [self.list()?, self.list()?];
+        let (contact, begin) = (self.memory()?, self.memory()?);
+        Some(PeriodicSolution { omega, frequency, kinetic, force, nodes, modal, state, contact, begin })
+    }
+
+    fn point(&mut self) -> Option<BranchPoint> {
+        let (key, u, cycle) = (self.one()?, self.list()?, self.cycle()?);
+        let multipliers = match self.one()? {
+            0.0 => None,
+            _ => {
+                let values = self.complex()?;
+                Some(Multipliers { values, phase: C::new(self.one()?, self.one()?) })
+            }
+        };
+        let [kind, second] = [self.one()?, self.one()?];
+        let special = SpecialKind::ALL.get(kind as usize).map(|&kind| Special { kind, second });
+        let special = if kind < 0.0 { None } else { Some(special?) };
+        Some(BranchPoint { key, u, cycle, multipliers, special })
+    }
+}
+
+impl PeriodicSolution {
+    fn write(&self, to: &mut Writer) {
+        to.many(&[self.omega, self.frequency, self.kinetic]);
+        to.rows(&self.force);
+        let nodes: Vec<[f64; 2]> = self.nodes.iter().map(|n| n.map(|n| n as f64)).collect();
+        to.rows(&nodes);
+        to.one(self.modal.len() as f64);
+        self.modal.iter().for_each(|q| to.complex(q));
+        self.state.iter().for_each(|s| to.list(s));
+        to.memory(&self.contact);
+        to.memory(&self.begin);
+    }
+}
+
+impl BranchPoint {
+    fn write(&self, to: &mut Writer) {
+        to.one(self.key);
+        to.list(&self.u);
+        self.cycle.write(to);
+        match &self.multipliers {
+            None => to.one(0.0),
+            Some(m) => {
+                to.one(1.0);
+                to.complex(&m.values);
+                to.many(&[m.phase.re, m.phase.im]);
+            }
+        }
+        let kind = |s: Special| SpecialKind::ALL.iter().position(|k| *k == s.kind);
+        to.one(self.special.and_then(kind).map_or(-1.0, |k| k as f64));
+        to.one(self.special.map_or(0.0, |s| s.second));
+    }
+
+    /// All of it in a row.
+    pub fn numbers(&self) -> Vec<f64> {
+        let mut to = Writer::default();
+        self.write(&mut to);
+        to.0
+    }
+
+    /// From [`numbers`](Self::numbers); none where they are not those of a point.
+    pub fn from_numbers(all: &[f64]) -> Option<Self> {
+        let mut from = Numbers(all);
+        let point = from.point()?;
+        from.0.is_empty().then_some(point)
+    }
+}
+
+impl BranchState {
+    /// Everything that the next cycle depends on beside the points, in a row.
+    pub fn numbers(&self) -> Vec<f64> {
+        let mut to = Writer::default();
+        to.one(self.points.len() as f64);
+        let (kind, text) = match &self.end {
+            None => (0.0, ""),
+            Some(BranchEnd::Range) => (1.0, ""),
+            Some(BranchEnd::Rest) => (2.0, ""),
+            Some(BranchEnd::Count) => (3.0, ""),
+            Some(BranchEnd::Model(why)) => (4.0, &why[..]),
+            Some(BranchEnd::Lost(why)) => (5.0, &why[..]),
+        };
+        to.one(kind);
+        let bytes: Vec<f64> = text.bytes().map(f64::from).collect();
+        to.list(&bytes);
+        to.list(&self.ahead);
+        to.many(&[self.length, self.marches as f64]);
+        to.memory(&self.memory);
+        let rows = self.jacobian.as_ref().map_or(0, Mat::nrows);
+        to.one(rows as f64);
+        let entries =
+            self.jacobian.iter().flat_map(|j| (0..j.ncols()).flat_map(move |k| (0..rows).map(move |i| j[(i, k)])));
+        let entries: Vec<f64> = entries.collect();
+        to.list(&entries);
+        to.0
+    }
+
+    /// From [`numbers`](Self::numbers) and the points; none where they do not belong together. Points beyond those of
+    /// the state are left out: the state was not written with them.
+    pub fn from_numbers(all: &[f64], mut points: Vec<BranchPoint>) -> Option<Self> {
+        let mut from = Numbers(all);
+        let count = from.count()?;
+        if count == 0 || points.len() < count {
+            return None;
+        }
+        points.truncate(count);
+        let (kind, bytes) = (from.one()?, from.list()?);
+        let why = || String::from_utf8(bytes.iter().map(|b| *b as u8).collect()).ok();
+        let end = match kind {
+            0.0 => None,
+            1.0 => Some(BranchEnd::Range),
+            2.0 => Some(BranchEnd::Rest),
+            3.0 => Some(BranchEnd::Count),
+            4.0 => Some(BranchEnd::Model(why()?)),
+            5.0 => Some(BranchEnd::Lost(why()?)),
+            _ => return None,
+        };
+        let ahead = from.list()?;
+        let (length, marches) = (from.one()?, from.count()?);
+        let memory = from.memory()?;
+        let (rows, entries) = (from.count()?, from.list()?);
+        let fits = rows > 0 && entries.len() == rows * (rows + 2) && ahead.len() == rows + 2 && from.0.is_empty();
+        let jacobian = fits.then(|| Mat::from_fn(rows, rows + 2, |i, k| entries[rows * k + i]));
+        let own = points.iter().all(|p| p.u.len() == ahead.len());
+        (own && jacobian.is_some()).then_some(Self { points, end, ahead, length, jacobian, memory, marches })
+    }
+}

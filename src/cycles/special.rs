@@ -1,0 +1,206 @@
+//! Special points of a branch between two of its cycles: folds, multipliers that pass the unit circle, the first stick
+//! and the first opening.
+
+use super::branch::{BranchPoint, Special, SpecialKind, Walk};
+use super::corrector::{norm, Condition, Corrected};
+use super::floquet::Multipliers;
+use super::PeriodicSolution;
+use crate::{Error, Result};
+
+/// Rounds in which a special point is located.
+const ROUNDS: usize = 12;
+/// Part of the longer side of a bracket at which the golden section looks next.
+const GOLDEN: f64 = 0.381_966_011_250_105;
+/// Halvings in which an event is located.
+const BISECTIONS: usize = 40;
+
+/// True if something happens in a cycle.
+type Happens = fn(&PeriodicSolution) -> bool;
+
+/// Events of the piecewise smooth equations, where the slope of a branch may have a kink.
+const EVENTS: [(SpecialKind, Happens); 2] = [
+    (SpecialKind::Stick, |cycle| cycle.nodes.iter().any(|n| n[1] > 0)),
+    (SpecialKind::Opening, |cycle| cycle.nodes.iter().any(|n| n[0] != cycle.nodes[0][0])),
+];
+
+impl Walk<'_, '_, '_> {
+    /// Special points between the last points of a branch, `here`, and the next one.
+    pub(super) fn between(
+        &mut self,
+        points: &[BranchPoint],
+        here: &BranchPoint,
+        there: &BranchPoint,
+    ) -> Result<Vec<BranchPoint>> {
+        let mut found: Vec<BranchPoint> = Vec::new();
+        let ordinary: Vec<&BranchPoint> = points.iter().filter(|p| p.special.is_none()).collect();
+        let before = ordinary.len().checked_sub(2).map(|k| ordinary[k]);
+        let before = before.filter(|b| (here.key - b.key) * (there.key - here.key) < 0.0);
+        if let Some(before) = before {
+            found.extend(self.fold(before, here, there)?);
+        }
+        for (kind, of) in EVENTS {
+            if of(&here.cycle) != of(&there.cycle) {
+                found.push(self.event(here, there, kind, of)?);
+            }
+        }
+        if let (Some(a), Some(b)) = (&here.multipliers, &there.multipliers) {
+            let folds = before.is_some();
+            let change = a.unstable().abs_diff(b.unstable());
+            // At a fold one multiplier passes through +1 anyway.
+            if change > usize::from(folds) || (change == 1 && !folds) {
+                found.extend(self.passage(here, there)?);
+            }
+        }
+        Ok(found)
+    }
+
+    /// The fold near `middle`, where the key is largest or smallest: parabolas through three cycles, and the golden
+    /// section where they lead nowhere.
+    fn fold(&mut self, before: &BranchPoint, middle: &BranchPoint, after: &BranchPoint) -> Result<Option<BranchPoint>> {
+        let tolerance = self.extent.located * (self.extent.range[1] - self.extent.range[0]);
+        let chord: Vec<f64> = after.u.iter().zip(&before.u).map(|(a, b)| a - b).collect();
+        let length = norm(&chord);
+        let row: Vec<f64> = chord.iter().map(|c| c / length).collect();
+        let place = |u: &[f64]| u.iter().zip(&before.u).zip(&row).map(|((u, a), r)| (u - a) * r).sum::<f64>() / length;
+        let sign = if middle.key > before.key { 1.0 } else { -1.0 };
+        let known = |p: &BranchPoint| (place(&p.u), sign * p.key, p.u.clone());
+        let [mut a, mut b, mut c] = [known(before), known(middle), known(after)];
+        let mut best: Option<Corrected> = None;
+        for _ in 0..BISECTIONS {
+            let (d, e) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
+            let vertex = 0.5 * (a.0 + b.0) - 0.5 * d * (c.0 - a.0) / (e - d);
+            let wide = if b.0 - a.0 > c.0 - b.0 { a.0 - b.0 } else { c.0 - b.0 };
+            let good = vertex > a.0 && vertex < c.0 && (vertex - b.0).abs() > 0.02 * wide.abs();
+            let next = if good { vertex } else { b.0 + GOLDEN * wide };
+            let (low, high) = if next < b.0 { (&a, &b) } else { (&b, &c) };
+            let part = (next - low.0) / (high.0 - low.0);
+            let guess: Vec<f64> = low.2.iter().zip(&high.2).map(|(l, h)| l + part * (h - l)).collect();
+            let conditions = [self.equations.phase(&guess), Condition { row: row.clone(), reference: guess.clone() }];
+            let there = match self.equations.correct(guess, &conditions, &mut self.jacobian) {
+                Ok(there) => there,
+                Err(Error::NotConverged(_)) => break,
+                Err(e) => return Err(e),
+            };
+            let now = (next, sign * self.equations.key_of(&there.u), there.u.clone());
+            let gain = (now.1 - b.1).abs();
+            match (now.1 > b.1, next < b.0) {
+                (true, true) => (c, b) = (b, now),
+                (true, false) => (a, b) = (b, now),
+                (false, true) => a = now,
+                (false, false) => c = now,
+            }
+            if b.2 == there.u {
+                best = Some(there);
+            }
+            // Parabolas come near at once; the golden section halves what is left in two steps.
+            if gain < 0.1 * tolerance && (good || c.1.max(a.1) > b.1 - tolerance) {
+                break;
+            }
+        }
+        let special = Some(Special { kind: SpecialKind::Fold, second: 0.0 });
+        match best {
+            Some(found) => self.point(found, special).map(Some),
+            None => Ok(Some(BranchPoint { special, ..middle.clone() })),
+        }
+    }
+
+    /// The cycle between two at which what `of` says changes, by bisection.
+    fn event(
+        &mut self,
+        here: &BranchPoint,
+        there: &BranchPoint,
+        kind: SpecialKind,
+        of: Happens,
+    ) -> Result<BranchPoint> {
+        let tolerance = self.extent.located * (self.extent.range[1] - self.extent.range[0]);
+        let (mut low, mut high) = ((0.0, here.key), (1.0, there.key));
+        let begins = of(&here.cycle);
+        let mut best: Option<Corrected> = None;
+        for _ in 0..BISECTIONS {
+            if (high.1 - low.1).abs() < tolerance && high.0 - low.0 < 1e-3 {
+                break;
+            }
+            let part = 0.5 * (low.0 + high.0);
+            let found = match self.on_chord(&here.u, &there.u, part) {
+                Ok(found) => found,
+                Err(Error::NotConverged(_)) => break,
+                Err(e) => return Err(e),
+            };
+            let now = (part, self.equations.key_of(&found.u));
+            match of(&found.cycle) == begins {
+                true => low = now,
+                false => high = now,
+            }
+            best = Some(found);
+        }
+        let special = Some(Special { kind, second: 0.0 });
+        match best {
+            Some(found) => self.point(found, special),
+            None => Ok(BranchPoint { special, ..there.clone() }),
+        }
+    }
+
+    /// The cycle between two at which a multiplier passes the unit circle.
+    fn passage(&mut self, here: &BranchPoint, there: &BranchPoint) -> Result<Option<BranchPoint>> {
+        let tolerance = self.extent.located * (self.extent.range[1] - self.extent.range[0]);
+        let [a, b] = [&here.multipliers, &there.multipliers];
+        let (Some(a), Some(b)) = (a, b) else { return Ok(None) };
+        let count = a.unstable().min(b.unstable());
+        // The first of those that are not outside on both sides.
+        let growth = |m: &Multipliers| m.values.get(unlike(m, count)).map_or(-1.0, |v| v.norm().ln());
+        // One that is outside by less than its error counts as inside: the passage is looked for above it.
+        let within = growth(a).min(growth(b));
+        let zero = if within > 0.0 { 0.5 * (growth(a) + growth(b)) } else { 0.0 };
+        let level = |m: &Multipliers| growth(m) - zero;
+        let (mut low, mut high) = ((0.0, level(a), here.key), (1.0, level(b), there.key));
+        let mut best: Option<BranchPoint> = None;
+        for round in 0..ROUNDS {
+            let secant = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
+            let inside = secant > low.0 && secant < high.0 && round % 3 < 2;
+            let part = if inside { secant } else { 0.5 * (low.0 + high.0) };
+            let found = match self.on_chord(&here.u, &there.u, part) {
+                Ok(found) => found,
+                Err(Error::NotConverged(_)) => break,
+                Err(e) => return Err(e),
+            };
+            let point = self.point(found, None)?;
+            let Some(m) = &point.multipliers else { return Ok(None) };
+            let now = (part, level(m), point.key);
+            let apart = (point.key - low.2).abs().min((point.key - high.2).abs());
+            match (now.1 < 0.0) == (low.1 < 0.0) {
+                true => low = now,
+                false => high = now,
+            }
+            let critical = m.values.get(unlike(m, count)).copied().unwrap_or_default();
+            let kind = match (critical.im.abs() > 1e-9, critical.re > 0.0) {
+                (true, _) => SpecialKind::Torus,
+                (false, true) => SpecialKind::Crossing,
+                (false, false) => SpecialKind::Flip,
+            };
+            let second = match kind {
+                SpecialKind::Torus => critical.arg() * point.cycle.frequency / (2.0 * std::f64::consts::PI),
+                _ => 0.0,
+            };
+            best = Some(BranchPoint { special: Some(Special { kind, second }), ..point });
+            if apart < tolerance {
+                break;
+            }
+        }
+        // At a fold that has not shown yet the key goes beyond both.
+        let beyond = |p: &BranchPoint| (p.key - here.key) * (there.key - p.key) <= 0.0;
+        let folds = |p: &BranchPoint| p.special.is_some_and(|s| s.kind == SpecialKind::Crossing) && beyond(p);
+        Ok(best.filter(|p| !folds(p)))
+    }
+}
+
+/// The place of the first multiplier after those that count `count`, both of a pair counted.
+fn unlike(m: &Multipliers, count: usize) -> usize {
+    let mut sum = 0;
+    for (k, v) in m.values.iter().enumerate() {
+        if sum >= count {
+            return k;
+        }
+        sum += if v.im.abs() > 0.0 { 2 } else { 1 };
+    }
+    m.values.len()
+}

@@ -1,0 +1,345 @@
+//! The mass on the belt: multipliers beside marching, the order of the time step, the linearised contact, and a second
+//! mode whose own instability makes a torus or a flip of the cycle of the first one.
+
+use super::*;
+use crate::cycles::balance::Balance;
+use crate::cycles::corrector::Condition;
+use crate::cycles::floquet::{through_kernel, through_modes};
+use crate::cycles::kernel::window;
+use crate::transient::Energy;
+
+/// Constant of the friction law, m/s.
+const FALL: f64 = 0.3;
+/// Velocity of the belt on which rest loses its stability, m/s.
+fn onset() -> f64 {
+    FALL * (LOAD * 0.2 / (FALL * DAMPING)).ln()
+}
+
+/// Modes along the belt: angular frequencies, rad/s, and damping, 1/s.
+struct Modes {
+    residual: Mat<f64>,
+    shapes: Mat<f64>,
+    omega: Vec<f64>,
+    damping: Vec<f64>,
+}
+
+impl Modes {
+    fn new(omega: &[f64], damping: &[f64]) -> Self {
+        let shapes = Mat::from_fn(3, omega.len(), |i, _| f64::from(u8::from(i == 0)));
+        Self { residual: Belt::residual(), shapes, omega: omega.to_vec(), damping: damping.to_vec() }
+    }
+
+    fn model<'a>(&'a self, belt: &'a Belt) -> Model<'a> {
+        Model {
+            interface: &belt.0,
+            residual: self.residual.as_ref(),
+            modes: self.shapes.as_ref(),
+            omega: &self.omega,
+            stiffness: ModalMatrix::squares(&self.omega),
+            damping: self.damping.clone().into(),
+            turning: None,
+            load: &[],
+        }
+    }
+}
+
+fn equations<'e, 'a>(
+    belt: &'e Belt,
+    structure: &'e Structure<'a>,
+    resolution: Resolution,
+    v: f64,
+) -> Equations<'e, 'a> {
+    let mu = belt.at(v).unwrap().settings.friction.coefficient(v);
+    let memory = ContactMemory { reaction: vec![-mu * LOAD, 0.0, LOAD], friction: vec![mu], approach: LOAD * SOFT };
+    // The motion is measured by that whose velocity is that of the belt.
+    let (unit, omega) = (v / OMEGA * (structure.rank() as f64).sqrt(), OMEGA);
+    Equations { structure, family: belt, resolution, unit, omega, key: [v, 0.2], memory, marches: 0 }
+}
+
+/// The cycle whose velocity has `amplitude` (m/s) in the first mode, with the velocity of the belt unknown.
+fn smooth(equations: &mut Equations<'_, '_>, amplitude: f64) -> (f64, Vec<f64>, PeriodicSolution, Mat<f64>) {
+    let r = equations.structure.rank();
+    let v = equations.key[0];
+    let mu = equations.family.at(v).unwrap().settings.friction.coefficient(v);
+    let mut u = vec![0.0; equations.size() + 2];
+    // Mean displacement, and a cosine: what acts at the contact is the sum of the modes.
+    let stiffness: f64 = equations.structure.model.omega.iter().map(|w| 1.0 / (w * w)).sum::<f64>();
+    let basis = equations.structure.basis()[(0, 0)];
+    u[0] = -mu * LOAD * stiffness / basis / equations.unit;
+    u[r] = amplitude / OMEGA / basis / equations.unit;
+    u[equations.size()] = 1.0;
+    let mut row = vec![0.0; u.len()];
+    row[r] = 1.0;
+    let conditions = [equations.phase(&u), Condition { row, reference: u.clone() }];
+    let mut jacobian = None;
+    let found = equations.correct(u, &conditions, &mut jacobian).unwrap();
+    (equations.key_of(&found.u), found.u, found.cycle, jacobian.unwrap())
+}
+
+/// A stepper in the cycle, with the velocity of the last mode changed by `change` (m/s).
+fn in_cycle<'a>(belt: &Belt, model: Model<'a>, v: f64, cycle: &PeriodicSolution, change: f64) -> Stepper<'a> {
+    let [q, mut velocity] = cycle.state.clone();
+    if let Some(last) = velocity.last_mut() {
+        *last += change;
+    }
+    let state = State {
+        step: 0,
+        q,
+        v: velocity,
+        reaction: cycle.contact.reaction.clone(),
+        approach: cycle.contact.approach,
+        creep: [0.0; 2],
+        friction: cycle.contact.friction.clone(),
+        energy: Energy::default(),
+    };
+    let step = 2.0 * PI / (cycle.omega * cycle.force.len() as f64);
+    let settings = Settings { scheme: Scheme { step, theta: 0.5 }, ..belt.at(v).unwrap().settings };
+    Stepper::new(model, settings, state).unwrap()
+}
+
+/// From an unstable cycle marching leaves at the rate of its multiplier, and the kernel has the same multipliers.
+#[test]
+fn marching_leaves_an_unstable_cycle_at_the_rate_of_its_multiplier() {
+    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let structure = Structure::new(modes.model(&belt)).unwrap();
+    let mut equations = equations(&belt, &structure, RESOLUTION, onset());
+    let (v, _, cycle, _) = smooth(&mut equations, 0.3);
+    assert!(v > onset() && v < 0.64, "{v}");
+    let conditions = belt.at(v).unwrap();
+    let found = through_modes(&structure, &conditions, &cycle, RESOLUTION.samples).unwrap();
+    let told = found.values[0];
+    assert!(told.re > 1.001 && told.im == 0.0 && (found.phase - 1.0).norm() < 1e-6, "{found:?}");
+    let beside = through_kernel(&structure, &conditions, &cycle, RESOLUTION).unwrap();
+    assert!((beside.values[0] - told).norm() < 1e-6 && (beside.phase - 1.0).norm() < 1e-6, "{found:?} {beside:?}");
+    let mut stepper = in_cycle(&belt, modes.model(&belt), v, &cycle, 1e-5);
+    let mut places = vec![stepper.state().q[0]];
+    for _ in 0..40 {
+        for _ in 0..RESOLUTION.samples {
+            stepper.advance().unwrap();
+        }
+        places.push(stepper.state().q[0]);
+    }
+    // What is left after a period that is the same in each: the phase.
+    let gone: Vec<f64> = places.windows(2).map(|p| p[1] - p[0]).collect();
+    let rate = (gone[39] / gone[19]).abs().powf(1.0 / 20.0);
+    assert!((rate - told.re).abs() < 2e-4, "{rate} {told}");
+}
+
+/// The stable cycle with stick at the velocity `v` of the belt.
+fn with_stick(
+    belt: &Belt,
+    (structure, model): (&Structure<'_>, &Model<'_>),
+    resolution: Resolution,
+    v: f64,
+) -> PeriodicSolution {
+    let mut stepper = marched(belt, model, v, 1.2 * v, 1.0);
+    let z = structure.follow(&mut stepper, RESOLUTION).unwrap();
+    let mut equations = equations(belt, structure, resolution, v);
+    let mut u: Vec<f64> = z.iter().map(|z| z / equations.unit).collect();
+    u.resize(equations.size(), 0.0);
+    u.extend([1.0, 0.0]);
+    equations.memory = ContactMemory::from_state(stepper.state());
+    solve(&mut equations, u, &mut None).unwrap().cycle
+}
+
+/// A motion beside a stable cycle with stick comes back to it, and stays for two hundred periods.
+#[test]
+fn marching_stays_in_a_stable_cycle() {
+    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let model = modes.model(&belt);
+    let structure = Structure::new(model.clone()).unwrap();
+    let v = 0.62;
+    let cycle = with_stick(&belt, (&structure, &model), RESOLUTION, v);
+    let values = multipliers(&structure, &belt.at(v).unwrap(), &cycle, RESOLUTION).unwrap();
+    assert!(values.is_stable(), "{values:?}");
+    let mut stepper = in_cycle(&belt, model, v, &cycle, 1e-2);
+    let mut energy = Vec::new();
+    for _ in 0..200 {
+        let mut sum = 0.0;
+        for _ in 0..RESOLUTION.samples {
+            stepper.advance().unwrap();
+            sum += 0.5 * stepper.state().v[0].powi(2) / RESOLUTION.samples as f64;
+        }
+        energy.push(sum);
+    }
+    // The phase in the steps of the march, which drifts, changes the energy by less than 1e-4.
+    let apart = |e: &f64| (e / energy[199] - 1.0).abs();
+    assert!(energy[100..].iter().all(|e| apart(e) < 1e-4), "{:?}", &energy[100..]);
+    // With all harmonics of the motion, of which the equations have twelve.
+    assert!((energy[199] / cycle.kinetic - 1.0).abs() < 1e-3, "{} {}", energy[199], cycle.kinetic);
+}
+
+/// Without stick the steps are of second order, by four each time that they are halved.
+#[test]
+fn cycles_converge_with_the_second_order_of_the_time_step() {
+    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let structure = Structure::new(modes.model(&belt)).unwrap();
+    let found: Vec<f64> = [100, 200, 400]
+        .map(|samples| {
+            let resolution = Resolution { harmonics: 6, samples };
+            smooth(&mut equations(&belt, &structure, resolution, onset()), 0.3).0
+        })
+        .to_vec();
+    let order = ((found[1] - found[0]) / (found[2] - found[1])).abs().log2();
+    assert!(order > 1.7 && order < 2.4, "{order}: {found:?}");
+}
+
+/// The kernel beside the forces of two marches on either side of a cycle.
+#[test]
+fn kernel_is_the_derivative_of_the_contact_forces() {
+    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let structure = Structure::new(modes.model(&belt)).unwrap();
+    let resolution = Resolution { harmonics: 6, samples: 100 };
+    let (v, u, cycle, _) = smooth(&mut equations(&belt, &structure, resolution, onset()), 0.3);
+    let window = window(resolution.samples, 7.0).unwrap();
+    let conditions = belt.at(v).unwrap();
+    let mut balance = Balance::new(&structure, &conditions, resolution, 1.0, &cycle.contact).unwrap();
+    let kernel = balance.kernel(&cycle, &window).unwrap();
+    // A periodic change is the same in every period.
+    let change: Vec<f64> = (0..resolution.samples).map(|n| (2.0 * PI * (2 * n + 2) as f64 / 100.0).cos()).collect();
+    let part = |k: usize| (0..resolution.samples).map(|n| window[(n, k)] * change[n]).sum::<f64>();
+    let parts: Vec<f64> = (0..window.ncols()).map(part).collect();
+    let sum =
+        |b: usize| kernel.iter().map(|a| (0..parts.len()).map(|k| a[(b, k)] * parts[k]).sum::<f64>()).sum::<f64>();
+    let linear: Vec<f64> = (0..parts.len()).map(sum).collect();
+    let amplitude = u[1].abs() * v / OMEGA;
+    let mut ends = Vec::new();
+    for sign in [1.0, -1.0] {
+        let by = sign * 1e-4 * amplitude;
+        let moved = balance.forces_under(&cycle, &|n| by * (4.0 * PI * n as f64 / 100.0).cos()).unwrap();
+        ends.push((moved, by));
+    }
+    let derivative: Vec<f64> =
+        ends[0].0.iter().zip(&ends[1].0).map(|(a, b)| (a - b) / (ends[0].1 - ends[1].1)).collect();
+    let projected = |b: usize| (0..resolution.samples).map(|n| window[(n, b)] * derivative[n]).sum::<f64>();
+    let size = linear.iter().map(|l| l * l).sum::<f64>().sqrt();
+    let error = (0..linear.len()).map(|b| (projected(b) - linear[b]).powi(2)).sum::<f64>().sqrt();
+    assert!(error < 1e-3 * size, "{error} of {size}");
+}
+
+/// The modified Bessel function I_n.
+fn bessel(n: i32, x: f64) -> f64 {
+    let steps = 400;
+    let sum = |k: usize| {
+        let angle = PI * (k as f64 + 0.5) / steps as f64;
+        (x * angle.cos()).exp() * (f64::from(n) * angle).cos()
+    };
+    (0..steps).map(sum).sum::<f64>() / steps as f64
+}
+
+/// The branch from a small cycle on, with a second mode.
+fn with_second_mode(frequency: f64, damping: f64) -> (Vec<BranchPoint>, Modes) {
+    let belt = Belt::new();
+    let modes = Modes::new(&[OMEGA, 2.0 * PI * frequency], &[DAMPING, damping]);
+    let structure = Structure::new(modes.model(&belt)).unwrap();
+    let resolution = Resolution { harmonics: 6, samples: 240 };
+    let mut equations = equations(&belt, &structure, resolution, onset());
+    let (key, u, cycle, jacobian) = smooth(&mut equations, 0.1);
+    let values = multipliers(&structure, &belt.at(key).unwrap(), &cycle, resolution).unwrap();
+    let start = BranchPoint { key, u, cycle, multipliers: Some(values), special: None };
+    let extent = BranchExtent { range: [0.3, 0.64], most: 40, longest: 0.1, located: 1e-6, stability: true };
+    let mut branch = BranchState::new(start, jacobian, true, &extent);
+    let found = |p: &BranchPoint| p.special.is_some_and(|s| matches!(s.kind, SpecialKind::Torus | SpecialKind::Flip));
+    follow(&mut equations, &mut branch, &extent, &mut |state| Ok(!state.points.iter().any(found))).unwrap();
+    drop(structure);
+    (branch.points, modes)
+}
+
+/// In the cycle of the first mode, x = a/0.3 m/s large in velocity, friction feeds a second mode more than the first
+/// one, by I₀(x)/(2I₁(x)/x): where that is the ratio of the dampings the second wave begins. It is a torus point unless
+/// the second frequency is one and a half times the first one: then it is a flip.
+#[test]
+fn second_mode_makes_a_torus_or_a_flip() {
+    let (frequency, damping) = (163.0, 15.5);
+    let (points, modes) = with_second_mode(frequency, damping);
+    let torus = points.iter().find(|p| p.special.is_some_and(|s| s.kind == SpecialKind::Torus)).expect("a torus");
+    let x = (4.0 * torus.cycle.kinetic).sqrt() / FALL;
+    let ratio = bessel(0, x) * x / (2.0 * bessel(1, x));
+    assert!((ratio * DAMPING / damping - 1.0).abs() < 0.01, "{ratio}");
+    // Two waves of the first frequency less one of the second, which friction shifts a little.
+    let beat = 2.0 * torus.cycle.frequency - frequency;
+    let second = torus.special.unwrap().second.abs();
+    assert!((second - beat).abs() < 0.2, "{second} Hz, expected {beat} Hz");
+    // As it is marched, period by period: places d obey d_(k+1) + d_(k-1) = 2 cos θ d_k.
+    let belt = Belt::new();
+    let mut stepper = in_cycle(&belt, modes.model(&belt), torus.key, &torus.cycle, 1e-5);
+    let mut places = Vec::new();
+    for _ in 0..120 {
+        for _ in 0..torus.cycle.force.len() {
+            stepper.advance().unwrap();
+        }
+        places.push(stepper.state().q[1]);
+    }
+    let gone: Vec<f64> = places.windows(2).map(|p| p[1] - p[0]).collect();
+    let sums = gone.windows(3).fold([0.0, 0.0], |s, d| [s[0] + d[1] * (d[0] + d[2]), s[1] + d[1] * d[1]]);
+    let marched = (0.5 * sums[0] / sums[1]).acos() / (2.0 * PI) * torus.cycle.frequency;
+    assert!((marched - second).abs() < 0.02, "{second} Hz, marched {marched} Hz");
+    // With the shift it is in step with the cycle after two periods.
+    let shifted = 1.5 * (torus.cycle.frequency + (second - beat) / 1.63);
+    let (points, _) = with_second_mode(shifted, damping);
+    let kinds: Vec<_> = points.iter().filter_map(|p| p.special.map(|s| s.kind)).collect();
+    assert!(kinds.contains(&SpecialKind::Flip), "{kinds:?}");
+}
+
+/// Belts that are not faster than a limit, m/s.
+struct Slow(Belt, f64);
+
+impl Family for Slow {
+    fn at(&self, key: f64) -> crate::Result<Conditions> {
+        match key <= self.1 {
+            true => self.0.at(key),
+            false => Err(crate::Error::Job(format!("the belt is not faster than {} m/s", self.1))),
+        }
+    }
+}
+
+/// A branch ends where the model does not hold, with the reason.
+#[test]
+fn branch_ends_with_the_reason_where_the_model_does() {
+    let (slow, modes) = (Slow(Belt::new(), 0.55), Modes::new(&[OMEGA], &[DAMPING]));
+    let structure = Structure::new(modes.model(&slow.0)).unwrap();
+    let resolution = Resolution { harmonics: 6, samples: 100 };
+    let mut equations = Equations { family: &slow, ..equations(&slow.0, &structure, resolution, onset()) };
+    let (key, u, cycle, jacobian) = smooth(&mut equations, 0.1);
+    let start = BranchPoint { key, u, cycle, multipliers: None, special: None };
+    let extent = BranchExtent { range: [0.3, 0.9], most: 60, longest: 0.2, located: 1e-6, stability: false };
+    let mut branch = BranchState::new(start, jacobian, true, &extent);
+    follow(&mut equations, &mut branch, &extent, &mut |_| Ok(true)).unwrap();
+    let why = branch.end.as_ref().map(BranchEnd::text).unwrap_or_default();
+    assert!(why.contains("where the model ends: the belt is not faster than 0.55 m/s"), "{why}");
+    let last = branch.points.last().unwrap().key;
+    assert!(branch.points.len() > 2 && last > 0.549 && last <= 0.55, "{last}");
+}
+
+/// Shorter steps find the same fold, and the branch comes back through the same cycles.
+#[test]
+fn branch_does_not_depend_on_the_length_of_its_steps() {
+    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let structure = Structure::new(modes.model(&belt)).unwrap();
+    let resolution = Resolution { harmonics: 8, samples: 120 };
+    let folds = [0.2, 0.07].map(|longest| {
+        let mut equations = equations(&belt, &structure, resolution, onset());
+        let (key, u, cycle, jacobian) = smooth(&mut equations, 0.3);
+        let start = BranchPoint { key, u, cycle, multipliers: None, special: None };
+        let extent = BranchExtent { range: [0.3, 0.9], most: 200, longest, located: 1e-6, stability: false };
+        let mut branch = BranchState::new(start, jacobian, true, &extent);
+        let mut kept = Vec::new();
+        follow(&mut equations, &mut branch, &extent, &mut |state| {
+            kept.push(state.clone());
+            Ok(state.points.len() < 6)
+        })
+        .unwrap();
+        // A branch that was stopped goes on to the last bit, from numbers alone.
+        let half = branch.clone();
+        let points = half.points.iter().map(|p| BranchPoint::from_numbers(&p.numbers()).unwrap()).collect();
+        let mut again = BranchState::from_numbers(&half.numbers(), points).unwrap();
+        assert_eq!(again, half);
+        let found = |p: &BranchPoint| p.special.is_some_and(|s| s.kind == SpecialKind::Fold);
+        let to_fold = |state: &BranchState| Ok(!state.points.iter().any(found));
+        follow(&mut equations, &mut branch, &extent, &mut |s| to_fold(s)).unwrap();
+        follow(&mut equations, &mut again, &extent, &mut |s| to_fold(s)).unwrap();
+        assert_eq!(again, branch);
+        branch.points.iter().find(|p| found(p)).map(|p| p.key).unwrap()
+    });
+    assert!((folds[0] - folds[1]).abs() < 2e-6, "{folds:?}");
+}
