@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..labels import body_words
+from ..measured.overlay import Overlay
 from ..result import Result
 
 Row = Sequence[Any]
@@ -87,15 +88,15 @@ def download(path: Path, label: str) -> str:
     return f'<a download="{name}" href="data:text/csv;base64,{data}">{escape(label)} ({name})</a>'
 
 
-def pictures(result: Result) -> dict[str, str]:
-    """All pictures as parts of the page, by their names."""
+def pictures(result: Result, measured: Overlay | None = None) -> dict[str, str]:
+    """All pictures as parts of the page, by their names; receptances with `measured` ones."""
     from ..pictures import Canvas, draw  # matplotlib takes a second, which the other commands need not wait
 
     parts: dict[str, str] = {}
     names = body_words(result.job)
     with tempfile.TemporaryDirectory() as folder:
         canvas = Canvas(Path(folder), result.stem, resolution=RESOLUTION)
-        for path in draw(result, canvas):
+        for path in draw(result, canvas, measured=measured):
             if path.suffix == ".png":
                 name = path.stem.removeprefix(f"{result.stem}-")
                 caption = escape(named(CAPTIONS.get(name, name), names))

@@ -1,0 +1,1 @@
+"""Measurements beside computed results: universal files, receptances on those of a result, and modes fitted to them."""
