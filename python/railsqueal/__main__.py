@@ -8,10 +8,12 @@ from pathlib import Path
 
 from . import compare, export, sound
 from .errors import INPUT, USAGE, ResultError
+from .measured import Measurements
 from .measured import command as fit
 from .measured.overlay import Overlay
 from .result import Result
 from .section import command as section
+from .track_decay import MeasuredDecay
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -121,16 +123,21 @@ def add_measured(parser: argparse.ArgumentParser) -> None:
         help="node of the file at the contact point of a body: upper=12, or upper=12,13 for a response at 12 and a "
         "force at 13; repeatable",
     )
+    parser.add_argument(
+        "--decay",
+        type=Path,
+        metavar="FILE.csv",
+        help="measured track decay rates: columns frequency (Hz), vertical, lateral (dB/m)",
+    )
     parser.add_argument("--axes", metavar="X,Y,Z", help="axes of the file along x, y and z of the job, as in Y,-X,Z")
 
 
-def overlaid(given: argparse.Namespace) -> Overlay | None:
-    """The measured receptances that are asked for."""
-    if given.measured is not None:
-        return Overlay.read(given.measured, given.point, given.axes)
-    if given.point or given.axes:
+def measurements(given: argparse.Namespace) -> Measurements:
+    """The measured values that are asked for."""
+    if given.measured is None and (given.point or given.axes):
         raise ResultError("--point, --axes: found without --measured FILE.uff, which they belong to", USAGE)
-    return None
+    overlay = None if given.measured is None else Overlay.read(given.measured, given.point, given.axes)
+    return Measurements(overlay, None if given.decay is None else MeasuredDecay.read(given.decay))
 
 
 def said(paths: list[Path]) -> int:
@@ -158,13 +165,13 @@ def plot(given: argparse.Namespace) -> int:
     from .pictures import Canvas, draw, surfaces  # matplotlib takes a second, which the other commands need not wait
 
     if surfaces.Surfaces.present(given.file):
-        if given.measured is not None:
-            raise ResultError(f"--measured: {given.file} holds surfaces of meshes, which have no receptances", USAGE)
+        if given.measured is not None or given.decay is not None:
+            raise ResultError(f"--measured, --decay: {given.file} holds surfaces of meshes, which have neither", USAGE)
         stem = given.file.name.removesuffix(".vtkhdf").removesuffix(".mesh")
         return said(surfaces.draw(given.file, Canvas(given.out or given.file.parent, stem, given.format.split(","))))
     with Result(given.file) as result:
         canvas = Canvas(given.out or given.file.parent, result.stem, given.format.split(","))
-        made = draw(result, canvas, given.modes, overlaid(given))
+        made = draw(result, canvas, given.modes, measurements(given))
     if not made:
         words = "no contact, no modes, no receptances, no sweep, no curving, no creep curve and no transient"
         raise ResultError(f"{given.file} holds {words}: nothing to draw", INPUT)
@@ -176,7 +183,7 @@ def reported(given: argparse.Namespace) -> int:
     from . import report  # with matplotlib, which takes a second
 
     with Result(given.file) as result:
-        return said(report.write(result, given.out or given.file.parent, overlaid(given)))
+        return said(report.write(result, given.out or given.file.parent, measurements(given)))
 
 
 def compared(given: argparse.Namespace) -> int:

@@ -11,6 +11,7 @@ import pytest
 from conftest import dataset
 from railsqueal import Result, ResultError, report
 from railsqueal.__main__ import main
+from railsqueal.measured import Measurements
 from railsqueal.measured.modal_fit import FittedMode, fit, fit_band
 from railsqueal.measured.overlay import FileAxes, Overlay
 from railsqueal.measured.universal import UniversalFile
@@ -150,10 +151,14 @@ def test_files_that_are_none_are_refused(tmp_path: Path) -> None:
 def test_axes_of_the_file_along_those_of_the_job() -> None:
     axes = FileAxes.parse("Y,-X,Z")
     direction = UniversalDirection
-    assert axes.seen(direction(2), "upper") == (0, 1) and axes.seen(direction(1), "upper") == (1, -1)
-    assert axes.seen(direction(-1), "lower") == (1, 1)
+    assert axes.direction_in_result(direction(2), "upper") == (0, 1) and axes.direction_in_result(
+        direction(1), "upper"
+    ) == (1, -1)
+    assert axes.direction_in_result(direction(-1), "lower") == (1, 1)
     # n points into the body: −z of the lower one.
-    assert axes.seen(direction(3), "upper") == (2, 1) and axes.seen(direction(3), "lower") == (2, -1)
+    assert axes.direction_in_result(direction(3), "upper") == (2, 1) and axes.direction_in_result(
+        direction(3), "lower"
+    ) == (2, -1)
     for text in ("X,Y", "X,X,Z", "X,Y,-Z", "X,Y,W", ""):
         with pytest.raises(ResultError, match="--axes") as error:
             FileAxes.parse(text)
@@ -189,9 +194,9 @@ def test_measured_receptances_beside_computed_ones(tmp_path: Path, computed: Pat
     with Result(computed) as result:
         rows = overlay.rows(result)
         assert rows[0][-1].startswith("+0.0 ± 0.0 at 320") and rows[1][-1].startswith("+6.0 ± 0.0")
-        made = draw(result, Canvas(tmp_path, "run", resolution=DOTS), measured=overlay)
+        made = draw(result, Canvas(tmp_path, "run", resolution=DOTS), measured=Measurements(overlay))
         assert [p.name for p in made] == ["run-receptance.png"]
-        page = report.write(result, tmp_path, overlay)[0].read_text(encoding="utf-8")
+        page = report.write(result, tmp_path, Measurements(overlay))[0].read_text(encoding="utf-8")
     assert "Measured receptances" in page and "accelerance" in page and 'href="#measured"' in page
     command = ["plot", str(computed), "--out", str(tmp_path), "--measured", str(file)]
     assert main(command) == 2 and "7:+X by a force at 7:+X" in capsys.readouterr().err

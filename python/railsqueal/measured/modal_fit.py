@@ -9,8 +9,8 @@ modes beyond it and the conjugate poles. The poles begin as those of rational fr
 D. L. Formenti, Proc. 1st IMAC, 1982) in Chebyshev's polynomials, weighted anew by their denominator (C. K. Sanathanan
 and J. Koerner, IEEE Trans. Autom. Control 8 (1963) 56–58). Then the sum of |H_k − model|² is made least over the poles
 with the linear parameters eliminated (variable projection: G. H. Golub and V. Pereyra, SIAM J. Numer. Anal. 10 (1973)
-413–432), by Levenberg and Marquardt's method. Standard deviations are those of the linearised problem, from what is left
-of the responses: s² (JᵀJ)⁻¹ of the projected Jacobian J.
+413–432), by Levenberg and Marquardt's method. Standard deviations are those of the linearised problem, from what is
+left of the responses: s² (JᵀJ)⁻¹ of the projected Jacobian J.
 """
 
 from collections.abc import Sequence
@@ -150,12 +150,12 @@ def least_squares(omega: Floats, responses: Complexes, poles: Complexes) -> tupl
     scale = omega[-1] - omega[0]
     count = len(poles)
 
-    def at(p: Complexes) -> tuple[Floats, Floats]:
+    def evaluate(p: Complexes) -> tuple[Floats, Floats]:
         rest, _, slopes = projected(omega, responses, p)
         columns = [real((scale * turn * slope).reshape(-1)) for slope in slopes for turn in (1, 1j)]
         return real(rest.reshape(-1)), np.column_stack(columns)
 
-    rest, jacobian = at(poles)
+    rest, jacobian = evaluate(poles)
     best, damping = float(rest @ rest), 1e-3
     for _ in range(STEPS):
         normal, slope = jacobian.T @ jacobian, jacobian.T @ rest
@@ -163,7 +163,7 @@ def least_squares(omega: Floats, responses: Complexes, poles: Complexes) -> tupl
         step = -np.linalg.lstsq(normal + damping * diagonal, slope, rcond=None)[0]
         moved = poles + scale * (step[0::2] + 1j * step[1::2])
         moved = -np.maximum(np.abs(moved.real), 1e-12 * scale) + 1j * moved.imag
-        trial, derivative = at(moved)
+        trial, derivative = evaluate(moved)
         total = float(trial @ trial)
         if total < best:
             gain = best - total

@@ -44,7 +44,7 @@ class FileAxes:
             )
         return cls((axis[0], axis[1], axis[2]), (sign[0], sign[1], sign[2]))
 
-    def seen(self, direction: Direction, body: str) -> tuple[int, int]:
+    def direction_in_result(self, direction: Direction, body: str) -> tuple[int, int]:
         """Direction of a result, 0 to 2 for x, y and n into the body, and the sign along it."""
         k = self.axis.index(direction.axis)
         # n is −z of the lower body and +z of the upper one.
@@ -113,7 +113,7 @@ class Overlay:
 
     @classmethod
     def read(cls, path: Path, points: Sequence[str], axes: str | None) -> "Overlay":
-        """Those of a file at `points` (`upper=12`) with the file's axes along x, y, z of the job (`X,Y,Z`).
+        """Reads the responses at `points` (`upper=12`) with the axes of the file along x, y, z of the job (`X,Y,Z`).
 
         `ResultError` where points or axes are not given, or nothing was measured there.
         """
@@ -133,7 +133,9 @@ class Overlay:
             for response in file.responses:
                 if (response.response.node, response.reference.node) != (point.response, point.reference):
                     continue
-                (a, one), (b, other) = (frame.seen(d, point.body) for d in (response.response, response.reference))
+                (a, one), (b, other) = (
+                    frame.direction_in_result(d, point.body) for d in (response.response, response.reference)
+                )
                 values = one * other * response.receptance
                 curves.append(MeasuredReceptance(point.body, (a, b), response.frequency, values, response))
             if not any(c.body == point.body for c in curves):
@@ -145,7 +147,7 @@ class Overlay:
         return cls(path, curves, len(file.responses) - len({c.source.dataset for c in curves}))
 
     def on_body(self, body: str) -> list[MeasuredReceptance]:
-        """Those of a body."""
+        """Measured receptances of a body."""
         return [curve for curve in self.curves if curve.body == body]
 
     def rows(self, result: Result) -> list[tuple[str, ...]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from .. import figures
 from ..errors import WRITING, ResultError
-from ..measured.overlay import Overlay
+from ..measured import NONE, Measurements
 from ..result import Result, lookup
 from ..tables import Provenance
 from ..verdict import verdict
@@ -54,6 +54,7 @@ TABLES = {
     "curving": "places of contact in the curve",
     "curving-radii": "wheels over the radius",
     "receptance": "receptances",
+    "track-decay": "track decay rates",
     "sweep": "points of the sweep",
     "sweep-eigenvalues": "eigenvalues of all points of the sweep",
     "limit-cycles": "limit cycles",
@@ -66,7 +67,7 @@ TABLES = {
 }
 
 
-def write(result: Result, directory: Path, measured: Overlay | None = None) -> list[Path]:
+def write(result: Result, directory: Path, measured: Measurements = NONE) -> list[Path]:
     """Writes `STEM-report.html` and the CSV tables; their paths, the report first."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
@@ -78,8 +79,8 @@ def write(result: Result, directory: Path, measured: Overlay | None = None) -> l
     return [path, *tables]
 
 
-def page(result: Result, tables: Sequence[Path], measured: Overlay | None = None) -> str:
-    """The report as HTML; receptances with `measured` ones beside them."""
+def page(result: Result, tables: Sequence[Path], measured: Measurements = NONE) -> str:
+    """The report as HTML; receptances and decay rates with `measured` ones beside them."""
     origin = Provenance.of(result)
     title = str(lookup(result.job, "title") or result.stem)
     drawn = pictures(result, measured)
@@ -91,7 +92,7 @@ def page(result: Result, tables: Sequence[Path], measured: Overlay | None = None
     others = [text for name, text in drawn.items() if name not in ELSEWHERE]
     if others or not drawn:
         sections += ['<h2 id="pictures">Pictures</h2>', *(others or ["<p>The result has nothing to draw.</p>"])]
-    sections += measured_receptances.section(result, measured)
+    sections += measured_receptances.section(result, measured.receptances)
     sections.append('<h2 id="figures">Figures</h2>')
     for group, members in groupby(figures.of(result), key=lambda f: f.group):
         sections += [f"<h3>{escape(group)}</h3>", table(("", ""), [(f.name, f.text) for f in members])]
