@@ -1,11 +1,11 @@
 """Writes track_decay_rolland.csv: decay rates of EN 15461 of the rail 60E1 (UIC 60) on pads by the program rolland, for
 comparison with analyses.track_decay.
 
-Its semi-analytical Timoshenko beam with torsion and warping on a continuous layer (TBCont1LKosto, after C. Kostovasilis)
-has the mobilities along the rail as a sum of residues. The pads are viscous, as those of a job are: at each frequency
-their loss factor is that of the dashpots. Excitation and response are at the top of the head, 91.1 mm above the
-centroid, in either direction; pads hold the foot, 80.9 mm below it. A third octave has 6 frequencies, and the direct
-response is 0.04 m from the force.
+Its semi-analytical Timoshenko beam with torsion and warping on a continuous layer (TBCont1LKosto, after C.
+Kostovasilis) has the mobilities along the rail as a sum of residues. The pads are viscous, as those of a job are: at
+each frequency their loss factor is that of the dashpots. Excitation and response are at the top of the head, 91.1 mm
+above the centroid, in either direction; pads hold the foot, 80.9 mm below it. A third octave has 6 frequencies, and
+the direct response is 0.04 m from the force.
 
 Needs rolland 26.8 (Python 3.12 or later) and numpy:
 

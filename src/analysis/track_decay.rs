@@ -27,7 +27,8 @@ pub fn run(run: &mut Run) -> Result<()> {
     let spacing = wanted.spacing.unwrap_or(spacing);
     let bands = Bands::of(BANDS[0], BANDS[1]);
     let positions: Vec<f64> = POSITIONS.iter().map(|bay| bay * spacing).collect();
-    let mine = world.agree(squares(&rail, wanted, &positions, (&bands, world.rank, world.size)))?;
+    let mine = squares(&rail, wanted, &positions, (&bands, world.rank, world.size));
+    let mine = world.agree(mine.map_err(|e| e.context(format!("bodies.{name}.track"))))?;
     let all = world.sum_all(&mine);
     if !world.is_root() {
         return Ok(());

@@ -33,7 +33,11 @@ impl Infinite {
     /// damping, not converged.
     pub fn along(&self, omega: f64, forces: &[usize], at: &[f64]) -> Result<Vec<Vec<Complex64>>> {
         if self.loss <= 0.0 && self.dashpots.col_iter().flat_map(|c| c.iter()).all(|v| *v == 0.0) {
-            return Err(Error::Job("a rail without damping has waves that never decay; give its track a loss".into()));
+            return Err(Error::Job(
+                "found neither a loss factor of the rail nor one of pads or ballast, expected one above 0: without \
+                 damping its waves never decay"
+                    .into(),
+            ));
         }
         let places = self.places(omega);
         let solved: Vec<Mat<Complex64>> = places.iter().map(|&xi| self.response(omega, xi)).collect();
