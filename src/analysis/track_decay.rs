@@ -15,7 +15,7 @@ const BANDS: [f64; 2] = [250.0, 5000.0];
 /// Forces of [`Infinite::along`] that are examined: normal, which is vertical in the upright frame, and lateral.
 const FORCES: [(usize, &str); 2] = [(2, "vertical"), (1, "lateral")];
 
-/// Collective: decay rates of the rail of the job, vertical and lateral; the ranks share the frequencies.
+/// Collective: decay rates of the rail of the job, vertical and lateral; the ranks share the bands.
 pub fn run(run: &mut Run) -> Result<()> {
     let Some(wanted) = &run.job.analyses.track_decay else { return Ok(()) };
     run.progress.stage("track decay rates");
@@ -69,7 +69,7 @@ pub fn run(run: &mut Run) -> Result<()> {
     Ok(())
 }
 
-/// Means of |velocity per force|² over each band at the positions, `[2, bands, positions]`: those of the frequencies
+/// Means of |velocity per force|² over each band at the positions, `[2, bands, positions]`: those of the bands
 /// of rank `rank` of `size`, 0 for the others.
 fn squares(
     rail: &Infinite,
@@ -84,7 +84,8 @@ fn squares(
     let half = 10f64.powf(0.05);
     let lines = wanted.lines as usize;
     let jobs = centres.iter().enumerate().flat_map(|(band, centre)| (0..lines).map(move |k| (band, *centre, k)));
-    for (_, (band, centre, k)) in jobs.enumerate().filter(|(number, _)| number % size == rank) {
+    // Bands are of one rank each: sums are the same on any number of them.
+    for (band, centre, k) in jobs.filter(|(band, ..)| band % size == rank) {
         let (low, high) = (centre / half, centre * half);
         let omega = 2.0 * PI * (low + (high - low) * (k as f64 + 0.5) / lines as f64);
         let moved = rail.along(omega, &FORCES.map(|(force, _)| force), &at)?;
