@@ -8,8 +8,12 @@ from pathlib import Path
 
 from . import compare, export, sound
 from .errors import INPUT, USAGE, ResultError
+from .measured import Measurements
+from .measured import command as fit
+from .measured.overlay import Overlay
 from .result import Result
 from .section import command as section
+from .track_decay import MeasuredDecay
 
 
 def main(arguments: list[str] | None = None) -> int:
@@ -58,6 +62,7 @@ def parser() -> argparse.ArgumentParser:
     one.add_argument("--out", type=Path, metavar="DIR", help="folder of the pictures (default: beside the file)")
     one.add_argument("--modes", type=int, default=12, metavar="N", help="modes drawn for each body (default 12)")
     one.add_argument("--format", default="png", metavar="LIST", help="png, pdf, svg, or several: png,pdf (default png)")
+    add_measured(one)
 
     one = command(
         "report",
@@ -66,6 +71,9 @@ def parser() -> argparse.ArgumentParser:
     )
     one.add_argument("file", type=Path, metavar="FILE.h5")
     one.add_argument("--out", type=Path, metavar="DIR", help="folder of the report (default: beside the file)")
+    add_measured(one)
+
+    fit.add_arguments(command("fit", fit.run, "Natural frequencies and damping of measured frequency responses."))
 
     codes = "Exit code 0 if they agree, 1 if not, 2 if they cannot be compared."
     one = command("compare", compared, f"What differs between two results: keys of the job, figures, tables. {codes}")
@@ -105,6 +113,34 @@ def parser() -> argparse.ArgumentParser:
     return top
 
 
+def add_measured(parser: argparse.ArgumentParser) -> None:
+    """Options of measured receptances beside computed ones."""
+    parser.add_argument("--measured", type=Path, metavar="FILE.uff", help="universal file with measured receptances")
+    parser.add_argument(
+        "--point",
+        action="append",
+        default=[],
+        metavar="BODY=NODE",
+        help="node of the file at the contact point of a body: upper=12, or upper=12,13 for a response at 12 and a "
+        "force at 13; repeatable",
+    )
+    parser.add_argument(
+        "--decay",
+        type=Path,
+        metavar="FILE.csv",
+        help="measured track decay rates: columns frequency (Hz), vertical, lateral (dB/m)",
+    )
+    parser.add_argument("--axes", metavar="X,Y,Z", help="axes of the file along x, y and z of the job, as in Y,-X,Z")
+
+
+def measurements(given: argparse.Namespace) -> Measurements:
+    """The measured values that are asked for."""
+    if given.measured is None and (given.point or given.axes):
+        raise ResultError("--point, --axes: found without --measured FILE.uff, which they belong to", USAGE)
+    overlay = None if given.measured is None else Overlay.read(given.measured, given.point, given.axes)
+    return Measurements(overlay, None if given.decay is None else MeasuredDecay.read(given.decay))
+
+
 def said(paths: list[Path]) -> int:
     """Prints what was written."""
     for path in paths:
@@ -130,11 +166,13 @@ def plot(given: argparse.Namespace) -> int:
     from .pictures import Canvas, draw, surfaces  # matplotlib takes a second, which the other commands need not wait
 
     if surfaces.Surfaces.present(given.file):
+        if given.measured is not None or given.decay is not None:
+            raise ResultError(f"--measured, --decay: {given.file} holds surfaces of meshes, which have neither", USAGE)
         stem = given.file.name.removesuffix(".vtkhdf").removesuffix(".mesh")
         return said(surfaces.draw(given.file, Canvas(given.out or given.file.parent, stem, given.format.split(","))))
     with Result(given.file) as result:
         canvas = Canvas(given.out or given.file.parent, result.stem, given.format.split(","))
-        made = draw(result, canvas, given.modes)
+        made = draw(result, canvas, given.modes, measurements(given))
     if not made:
         words = "no contact, no modes, no receptances, no sweep, no curving, no creep curve and no transient"
         raise ResultError(f"{given.file} holds {words}: nothing to draw", INPUT)
@@ -146,7 +184,7 @@ def reported(given: argparse.Namespace) -> int:
     from . import report  # with matplotlib, which takes a second
 
     with Result(given.file) as result:
-        return said(report.write(result, given.out or given.file.parent))
+        return said(report.write(result, given.out or given.file.parent, measurements(given)))
 
 
 def compared(given: argparse.Namespace) -> int:

@@ -20,6 +20,7 @@ mod stability;
 mod steady;
 pub(crate) mod steps;
 mod sweep;
+mod track_decay;
 mod transient;
 
 use crate::body::{Capability, Kind};
@@ -305,6 +306,7 @@ fn perform(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
         examined.clone()?;
     }
     curving::run(run)?;
+    track_decay::run(run)?;
     let mut stock = RunState::new(earlier);
     let mut each = || {
         all.iter().enumerate().try_for_each(|(number, &step)| {

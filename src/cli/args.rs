@@ -110,6 +110,8 @@ pub enum Command {
         /// png, pdf, svg, or several: png,pdf [default: png]
         #[arg(long, value_name = "LIST")]
         format: Option<String>,
+        #[command(flatten)]
+        measured: MeasuredOptions,
     },
     /// Write one HTML file with figures, tables, pictures, warnings and provenance of a result, and tables as CSV
     /// beside it
@@ -120,6 +122,29 @@ pub enum Command {
         /// Folder of the report [default: beside the file]
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,
+        #[command(flatten)]
+        measured: MeasuredOptions,
+    },
+    /// Fit natural frequencies and damping of modes to measured frequency responses, for `bodies.*.modes.measured`
+    Fit {
+        /// Universal file (.uff, .unv) with frequency responses (dataset 58) or modes (dataset 55)
+        #[arg(value_name = "FILE.uff")]
+        file: PathBuf,
+        /// Frequencies within which modes are fitted, Hz [default: about each peak]; repeatable
+        #[arg(long, value_name = "FROM,TO")]
+        band: Vec<String>,
+        /// Modes in each band [default: as many as the responses tell]
+        #[arg(long, value_name = "N")]
+        modes: Option<usize>,
+        /// Numbers of the responses that are fitted together, as in 3,4 [default: all]
+        #[arg(long, value_name = "LIST")]
+        datasets: Option<String>,
+        /// Folder of JSON and picture [default: beside the file]
+        #[arg(long, value_name = "DIR")]
+        out: Option<PathBuf>,
+        /// png, pdf, svg, or several: png,pdf [default: png]
+        #[arg(long, value_name = "LIST")]
+        format: Option<String>,
     },
     /// Say what differs between two results; exit code 0 if they agree, 1 if not, 2 if they cannot be compared
     Compare {
@@ -196,12 +221,28 @@ impl Command {
             Self::Summary { .. }
                 | Self::Plot { .. }
                 | Self::Report { .. }
+                | Self::Fit { .. }
                 | Self::Compare { .. }
                 | Self::Sound { .. }
                 | Self::Export { .. }
                 | Self::Section(_)
         )
     }
+}
+
+/// Measured receptances beside those of a result. The Python package reads them.
+#[derive(Debug, Args)]
+pub struct MeasuredOptions {
+    /// Universal file with measured receptances, drawn beside the computed ones
+    #[arg(long, value_name = "FILE.uff")]
+    measured: Option<PathBuf>,
+    /// Node of the file at the contact point of a body: upper=12, or upper=12,13 for a response at 12 and a force at
+    /// 13; repeatable
+    #[arg(long, value_name = "BODY=NODE", requires = "measured")]
+    point: Vec<String>,
+    /// Axes of the file along x, y and z of the job, as in Y,-X,Z
+    #[arg(long, value_name = "X,Y,Z", requires = "measured", allow_hyphen_values = true)]
+    axes: Option<String>,
 }
 
 /// Options of `section`. The Python package reads them; here they are checked, completed and documented.

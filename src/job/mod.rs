@@ -230,6 +230,9 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
     if only != "curving" {
         analyses.curving = None;
     }
+    if only != "track_decay" {
+        analyses.track_decay = None;
+    }
     if only != "steady" {
         analyses.steady = None;
     }

@@ -26,6 +26,7 @@ pub fn validate(job: &Job) -> Vec<String> {
     }
     check_rotating(job, &mut faults);
     rail::check_modes(job, &mut faults);
+    rail::check_track_decay(job, &mut faults);
     curving::check(job, &mut faults);
     if let Some(wanted) = &job.analyses.uncertainty {
         check_uncertainty(job, wanted, &mut faults);

@@ -37,6 +37,9 @@ const RULES: &[(&str, &[&str])] = &[
     ("/creep_curve/*", &["point", "direction"]),
     ("/receptance/share", &["node"]),
     ("/receptance/*", &["frequency", "direction", "force_direction"]),
+    ("/track_decay/response/*", &["frequency", "position"]),
+    ("/track_decay/position", &["position"]),
+    ("/track_decay/*", &["frequency"]),
     ("/transient/point_displacement", &["time", "point", "direction"]),
     ("/transient/point_velocity", &["time", "point", "direction"]),
     ("/transient/contact_*", &["contact_time", "node", "direction"]),
@@ -108,6 +111,8 @@ mod tests {
             "/transient/sound_power/frequency",
             "/curving/radii/radius",
             "/stability/shift",
+            "/track_decay/frequency",
+            "/track_decay/position",
         ];
         for path in coordinates {
             let name = path.rsplit('/').next().unwrap_or_default();

@@ -7,8 +7,12 @@ use crate::job::{self, Compliance, Contact, Job, LinearSolver, Load, MeshSource,
 /// Steps of a run of `job`, in order, one line each.
 pub(super) fn lines(job: &Job, bodies: &[BodySize], alike: bool) -> Vec<String> {
     let once = if alike { " (the bodies are described alike: computed once)" } else { "" };
+    let decay = job.analyses.track_decay.as_ref().map(|wanted| {
+        format!("track decay rates of the rail without ends: {} frequencies in each of 14 third octaves", wanted.lines)
+    });
+    let steps = steps(job, PriorRun::default());
     let mut lines: Vec<String> =
-        steps(job, PriorRun::default()).into_iter().filter_map(|s| line(s, job, bodies, once)).collect();
+        decay.into_iter().chain(steps.into_iter().filter_map(|s| line(s, job, bodies, once))).collect();
     if let Some(sweep) = &job.sweep {
         let models = models(sweep).len();
         lines.push(format!(

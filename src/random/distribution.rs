@@ -213,6 +213,33 @@ mod tests {
         ]
     }
 
+    /// Quantiles of OpenTURNS, to its twelve digits (docs/data/uncertainty_openturns.py).
+    #[test]
+    fn quantiles_are_those_of_openturns() {
+        let anywhere = [f64::NEG_INFINITY, f64::INFINITY];
+        let cases = [
+            ("normal", Distribution::Normal([0.3, 0.05]), anywhere),
+            ("truncated_normal", Distribution::Normal([-0.006, 0.002]), [-0.008, -0.001]),
+            ("lognormal", Distribution::Lognormal([2e-4, 0.5]), anywhere),
+            ("uniform", Distribution::Uniform([0.2, 0.45]), anywhere),
+            ("triangular", Distribution::Triangular([0.05, 0.2, 0.45]), anywhere),
+        ];
+        let mut compared = 0;
+        for (name, distribution, ends) in cases {
+            let truncated = Truncated::new(distribution, ends).unwrap();
+            for line in include_str!("../../docs/data/uncertainty_openturns.csv").lines() {
+                let cells: Vec<&str> = line.split(',').collect();
+                if cells[0] == name {
+                    let (p, want): (f64, f64) = (cells[1].parse().unwrap(), cells[3].parse().unwrap());
+                    let found = truncated.quantile(p);
+                    assert!((found / want - 1.0).abs() < 1e-10, "{name} at {p}: {found} and {want}");
+                    compared += 1;
+                }
+            }
+        }
+        assert_eq!(compared, 25);
+    }
+
     #[test]
     fn quantiles_invert_the_distribution_functions() {
         for d in all() {

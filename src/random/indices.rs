@@ -105,33 +105,58 @@ mod tests {
         }
     }
 
-    /// sin x1 + 7 sin² x2 + 0.1 x3⁴ sin x1 (T. Ishigami, T. Homma, 1990).
+    const ISHIGAMI: (f64, f64) = (7.0, 0.1);
+    const G: [f64; 5] = [0.0, 1.0, 4.5, 9.0, 99.0];
+
+    /// sin x1 + 7 sin² x2 + 0.1 x3⁴ sin x1 (T. Ishigami, T. Homma, 1990), x from −π to π.
+    fn ishigami_function(u: &[f64]) -> f64 {
+        let (a, b) = ISHIGAMI;
+        let x: Vec<f64> = u.iter().map(|u| PI * (2.0 * u - 1.0)).collect();
+        x[0].sin() + a * x[1].sin().powi(2) + b * x[2].powi(4) * x[0].sin()
+    }
+
+    /// Π (|4x − 2| + a)/(1 + a) (I. M. Sobol', 1993), with a = 0, 1, 4.5, 9, 99.
+    fn g_of_sobol(u: &[f64]) -> f64 {
+        u.iter().zip(G).map(|(x, a)| ((4.0 * x - 2.0).abs() + a) / (1.0 + a)).product()
+    }
+
     #[test]
     fn ishigami() {
-        let (a, b) = (7.0, 0.1);
-        let f = |u: &[f64]| {
-            let x: Vec<f64> = u.iter().map(|u| PI * (2.0 * u - 1.0)).collect();
-            x[0].sin() + a * x[1].sin().powi(2) + b * x[2].powi(4) * x[0].sin()
-        };
+        let (a, b) = ISHIGAMI;
         let alone = 0.5 * (1.0 + b * PI.powi(4) / 5.0).powi(2);
         let second = a * a / 8.0;
         let together = b * b * PI.powi(8) * (1.0 / 18.0 - 1.0 / 50.0);
         let v = alone + second + together;
         let want = [[alone / v, (alone + together) / v], [second / v, second / v], [0.0, together / v]];
         assert!((want[0][0] - 0.3139).abs() < 1e-4 && (want[1][0] - 0.4424).abs() < 1e-4);
-        check(&scrambled_sobol(6, 1 << 13, 1, 3), &f, &want, 0.01);
-        check(&latin_hypercube(6, 1 << 13, 3), &f, &want, 0.05);
+        check(&scrambled_sobol(6, 1 << 13, 1, 3), &ishigami_function, &want, 0.01);
+        check(&latin_hypercube(6, 1 << 13, 3), &ishigami_function, &want, 0.05);
     }
 
-    /// Π (|4x − 2| + a)/(1 + a) (I. M. Sobol', 1993), with a = 0, 1, 4.5, 9, 99.
     #[test]
     fn g_function() {
-        let a = [0.0, 1.0, 4.5, 9.0, 99.0];
-        let f = |u: &[f64]| u.iter().zip(a).map(|(x, a)| ((4.0 * x - 2.0).abs() + a) / (1.0 + a)).product();
-        let own: Vec<f64> = a.iter().map(|a| 1.0 / (3.0 * (1.0 + a) * (1.0 + a))).collect();
+        let own: Vec<f64> = G.iter().map(|a| 1.0 / (3.0 * (1.0 + a) * (1.0 + a))).collect();
         let v = own.iter().map(|v| 1.0 + v).product::<f64>() - 1.0;
         let want: Vec<[f64; 2]> = own.iter().map(|o| [o / v, o / v * (1.0 + v) / (1.0 + o)]).collect();
-        check(&scrambled_sobol(10, 1 << 13, 1, 4), &f, &want, 0.01);
+        check(&scrambled_sobol(10, 1 << 13, 1, 4), &g_of_sobol, &want, 0.01);
+    }
+
+    /// The indices of OpenTURNS on 2^15 points of a Sobol' sequence (docs/data/uncertainty_openturns.py).
+    #[test]
+    fn indices_are_those_of_openturns() {
+        let read = |case: &str, d: usize| -> Vec<[f64; 2]> {
+            let mut all = vec![[f64::NAN; 2]; d];
+            for line in include_str!("../../docs/data/uncertainty_openturns.csv").lines() {
+                let cells: Vec<&str> = line.split(',').collect();
+                if cells[0] == case {
+                    let (input, value): (usize, f64) = (cells[1].parse().unwrap(), cells[3].parse().unwrap());
+                    all[input][usize::from(cells[2] == "total")] = value;
+                }
+            }
+            all
+        };
+        check(&scrambled_sobol(6, 1 << 13, 1, 11), &ishigami_function, &read("ishigami", 3), 0.01);
+        check(&scrambled_sobol(10, 1 << 13, 1, 12), &g_of_sobol, &read("g_function", 5), 0.01);
     }
 
     /// Intervals of the first-order index of an additive function hold it as often as they say, over 200 repeats.

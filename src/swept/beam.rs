@@ -58,6 +58,11 @@ impl Beam {
     /// N/m². Source: D. J. Thompson, Railway Noise and Vibration, 2009, chapter 3; by residues of its Fourier
     /// integral over the wavenumber.
     pub fn infinite(&self, omega: f64, foundation: C64) -> C64 {
+        self.along(omega, foundation, 0.0)
+    }
+
+    /// The same at the distance `x`, m, from the force.
+    pub fn along(&self, omega: f64, foundation: C64, x: f64) -> C64 {
         let At { bend, shear, carried, turned, turning } = self.at(omega, foundation);
         let (a, b, c) = (bend * shear, bend * carried - shear * turning, carried * turned);
         let root = (b * b - 4.0 * a * c).sqrt();
@@ -65,7 +70,7 @@ impl Beam {
         for square in [(-b + root) / (2.0 * a), (-b - root) / (2.0 * a)] {
             let k = square.sqrt();
             let k = if k.im > 0.0 { k } else { -k };
-            sum += (bend * square + turned) / (4.0 * a * k * square + 2.0 * b * k);
+            sum += (bend * square + turned) / (4.0 * a * k * square + 2.0 * b * k) * (C64::I * k * x).exp();
         }
         C64::I * sum
     }

@@ -4,6 +4,8 @@
 //! iωC) u − ω²M u = F, and the rail by the integral of that over ξ/2π. V has a factor i, which makes K1 real. The
 //! matrices are projected on the modes of some wavenumbers and on what forces there do at rest.
 
+mod along;
+
 use super::modes::of_order;
 use super::{turned, Forms, LineLoad, Outline, Patch, Path, Section, Track, LOADS};
 use crate::dense::symmetric_eigen;

@@ -37,6 +37,7 @@ mod shape;
 mod skyline_ldlt;
 mod springs;
 mod track;
+pub mod track_decay;
 mod turn;
 pub mod waves;
 mod wheel;

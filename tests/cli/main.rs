@@ -36,6 +36,7 @@ mod sound;
 mod surfaces;
 mod sweep;
 mod swept;
+mod track_decay;
 mod transient;
 mod uncertainty;
 mod usage;

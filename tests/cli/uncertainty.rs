@@ -10,8 +10,15 @@ use std::path::Path;
 /// Hultén's oscillator without damping, with its matrices in a folder of its own: it flutters from the friction
 /// μ_c = (ω1² − ω2²)/2 ω1 ω2 on.
 fn hulten(uncertainty: Value) -> Folder {
+    oscillator(uncertainty, false)
+}
+
+/// The same with or without its damping.
+fn oscillator(uncertainty: Value, damped: bool) -> Folder {
     let mut job = job("hulten.json");
-    job["bodies"]["lower"]["matrices"]["damping"] = Value::Null;
+    if !damped {
+        job["bodies"]["lower"]["matrices"]["damping"] = Value::Null;
+    }
     job["analyses"]["uncertainty"] = uncertainty;
     // Forces of the contacts act across the sliding alone, where nothing moves.
     for point in job["contact"]["points"].as_array_mut().expect("points") {
@@ -20,7 +27,7 @@ fn hulten(uncertainty: Value) -> Folder {
     }
     let folder = Folder::with(job.to_string());
     std::fs::create_dir(folder.path("hulten")).expect("folder");
-    for name in ["mass", "stiffness"] {
+    for name in ["mass", "stiffness", "damping"] {
         let file = format!("hulten/{name}.mtx");
         std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs").join(&file), folder.path(&file))
             .expect("copy");
@@ -105,6 +112,28 @@ fn hultens_probability_in_closed_form() {
 
     folder.call(2, "run", &["--output", &folder.text("two.h5")]).good();
     assert_eq!(bits(&open(folder.path("two.h5"))), bits(&file), "two ranks");
+}
+
+/// The damped oscillator with lognormal friction is unstable with the probability that OpenTURNS finds by FORM and by
+/// simulation (docs/data/uncertainty_openturns.py).
+#[test]
+fn hultens_probability_is_that_of_openturns() {
+    let known = |quantity: &str| -> f64 {
+        let text = include_str!("../../docs/data/uncertainty_openturns.csv");
+        let line = text.lines().find(|l| l.starts_with(&format!("hulten,,{quantity},"))).expect("a row");
+        line.split(',').next_back().expect("a value").parse().expect("a number")
+    };
+    let friction = json!({ "lognormal": { "median": 0.27, "log_deviation": 0.08 } });
+    let inputs = json!([{ "key": "contact.friction", "distribution": friction }]);
+    let folder = oscillator(json!({ "inputs": inputs, "samples": 512, "indices": false }), true);
+    folder.call(1, "run", &["--output", &folder.text("one.h5")]).good();
+    let file = open(folder.path("one.h5"));
+    let probability = numbers(&file, "probability")[0];
+    let [low, high] = numbers(&file, "probability_interval")[..] else { panic!("two ends") };
+    let (form, simulated, half) = (known("form"), known("simulated"), known("simulated_half_width"));
+    assert!(low < form && form < high && high - low < 0.04, "{low} {high}, {form}");
+    assert!((probability - form).abs() < 0.01, "{probability} and {form}");
+    assert!((probability - simulated).abs() < half + 0.5 * (high - low), "{probability} and {simulated}");
 }
 
 /// Lateral sliding on a coarse mesh.

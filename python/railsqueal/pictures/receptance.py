@@ -1,14 +1,17 @@
-"""Receptances of the contact point of each body: amplitude and phase over frequency."""
+"""Receptances of the contact point of each body: amplitude and phase over frequency, measured ones beside them."""
 
 from pathlib import Path
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 
 from ..labels import body_words
+from ..measured.overlay import Overlay
 from ..result import Result, lookup
 from ..tables import Receptances
-from .style import LATERAL, LONGITUDINAL, NORMAL, PURPLE, Canvas, heading, legend
+from .style import GREY, LATERAL, LONGITUDINAL, NORMAL, PURPLE, Canvas, heading, legend
 
 CURVES = [
     (2, 2, "normal n by n", NORMAL),
@@ -19,12 +22,12 @@ CROSS = (1, 2, "lateral y by normal n", PURPLE)
 SPREAD = {"uniform": ", force spread evenly", "pressure": ", force spread as the pressure"}
 
 
-def pictures(result: Result, canvas: Canvas) -> list[Path]:
-    if not Receptances.present(result):
+def pictures(result: Result, canvas: Canvas, measured: Overlay | None = None) -> list[Path]:
+    if measured is None and not Receptances.present(result):
         return []
     table = Receptances.of(result)
     bodies = list(table.bodies.items())
-    if len(bodies) == 2 and np.allclose(bodies[0][1], bodies[1][1], rtol=1e-9, atol=0):
+    if measured is None and len(bodies) == 2 and np.allclose(bodies[0][1], bodies[1][1], rtol=1e-9, atol=0):
         bodies = [("either", bodies[0][1])]
     size = (5.6 * len(bodies), 6.8)
     figure, axes = plt.subplots(
@@ -47,6 +50,8 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
             value, dashes = h[:, a, b], "-" if a == b else "--"
             upper.plot(table.frequency, 1e9 * np.abs(value), label=label, color=color, linewidth=1.2, linestyle=dashes)
             lower.plot(table.frequency, np.degrees(np.angle(value)), color=color, linewidth=1.2, linestyle=dashes)
+        if measured is not None:
+            draw_measured(measured, name, upper, lower)
         upper.set_yscale("log")
         upper.set_title(body_words(result.job).get(name, f"{name} body"))
         lower.set_xlabel("frequency f / Hz")
@@ -56,3 +61,14 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     axes[1, 0].set_ylabel("phase / °")
     legend(figure, list(axes[0]), columns=4 if len(bodies) > 1 else 2)
     return canvas.save(figure, "receptance")
+
+
+def draw_measured(measured: Overlay, body: str, upper: Axes, lower: Axes) -> None:
+    """Draws the measured receptances of a body as points, in the colours of the computed ones."""
+    shown = {(a, b): (label, color) for a, b, label, color in [*CURVES, CROSS]}
+    look: dict[str, Any] = {"linestyle": "none", "marker": ".", "markersize": 2.5}
+    for curve in measured.on_body(body):
+        a, b = curve.directions
+        label, color = shown.get((a, b)) or shown.get((b, a)) or (f"{curve.name}", GREY)
+        upper.plot(curve.frequency, 1e9 * np.abs(curve.receptance), label=f"measured, {label}", color=color, **look)
+        lower.plot(curve.frequency, np.degrees(np.angle(curve.receptance)), color=color, **look)

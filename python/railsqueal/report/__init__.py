@@ -8,10 +8,12 @@ from pathlib import Path
 
 from .. import figures
 from ..errors import WRITING, ResultError
+from ..measured import NONE, Measurements
 from ..result import Result, lookup
 from ..tables import Provenance
 from ..verdict import verdict
 from . import branches, curving, player, setup, shapes, stability, sweeps, uncertainty
+from . import measured as measured_receptances
 from .csv_tables import csv_tables, save
 from .markup import CAPTIONS, WEB, Row, download, pictures, table
 
@@ -33,6 +35,7 @@ CONTENTS = (
     ("curving", "curving"),
     ("modes", "free modes"),
     ("pictures", "pictures"),
+    ("measured", "measured receptances"),
     ("figures", "figures"),
     ("tables", "tables"),
     ("provenance", "provenance"),
@@ -51,6 +54,7 @@ TABLES = {
     "curving": "places of contact in the curve",
     "curving-radii": "wheels over the radius",
     "receptance": "receptances",
+    "track-decay": "track decay rates",
     "sweep": "points of the sweep",
     "sweep-eigenvalues": "eigenvalues of all points of the sweep",
     "limit-cycles": "limit cycles",
@@ -63,23 +67,23 @@ TABLES = {
 }
 
 
-def write(result: Result, directory: Path) -> list[Path]:
+def write(result: Result, directory: Path, measured: Measurements = NONE) -> list[Path]:
     """Writes `STEM-report.html` and the CSV tables; their paths, the report first."""
     try:
         directory.mkdir(parents=True, exist_ok=True)
         tables = [save(directory / f"{result.stem}-{name}.csv", head, rows) for name, head, rows in csv_tables(result)]
         path = directory / f"{result.stem}-report.html"
-        path.write_text(page(result, tables), encoding="utf-8")
+        path.write_text(page(result, tables, measured), encoding="utf-8")
     except OSError as error:
         raise ResultError(f"cannot write to {directory}: {error}", WRITING) from error
     return [path, *tables]
 
 
-def page(result: Result, tables: Sequence[Path]) -> str:
-    """The report as HTML."""
+def page(result: Result, tables: Sequence[Path], measured: Measurements = NONE) -> str:
+    """The report as HTML; receptances and decay rates with `measured` ones beside them."""
     origin = Provenance.of(result)
     title = str(lookup(result.job, "title") or result.stem)
-    drawn = pictures(result)
+    drawn = pictures(result, measured)
     sections = stability.section(result, drawn)
     sections += uncertainty.section(result, drawn)
     sections += sweeps.section(result, drawn) + branches.section(result, drawn) + player.section(result, drawn)
@@ -88,6 +92,7 @@ def page(result: Result, tables: Sequence[Path]) -> str:
     others = [text for name, text in drawn.items() if name not in ELSEWHERE]
     if others or not drawn:
         sections += ['<h2 id="pictures">Pictures</h2>', *(others or ["<p>The result has nothing to draw.</p>"])]
+    sections += measured_receptances.section(result, measured.receptances)
     sections.append('<h2 id="figures">Figures</h2>')
     for group, members in groupby(figures.of(result), key=lambda f: f.group):
         sections += [f"<h3>{escape(group)}</h3>", table(("", ""), [(f.name, f.text) for f in members])]

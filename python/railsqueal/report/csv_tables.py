@@ -23,6 +23,7 @@ from ..tables import (
     Receptances,
     Sweep,
 )
+from ..track_decay import TrackDecay
 from . import uncertainty
 from .markup import Row
 
@@ -140,6 +141,10 @@ def curve_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
         entries = [f"{body}_{a}{b}" for body in receptances.bodies for a in "xyn" for b in "xyn"]
         heads = ["frequency_Hz", *(f"{entry}_{part}_m/N" for entry in entries for part in ("re", "im"))]
         made.append(("receptance", heads, receptance_rows(receptances)))
+    if TrackDecay.present(result):
+        decay = TrackDecay.from_result(result)
+        columns = ("band_Hz", *(f"{name}_dB/m" for name in decay.rate))
+        made.append(("track-decay", columns, list(zip(decay.frequency, *decay.rate.values()))))
     return made
 
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..labels import body_words
+from ..measured import NONE, Measurements
 from ..result import Result
 
 Row = Sequence[Any]
@@ -29,6 +30,7 @@ CAPTIONS = {
     "campbell": "Campbell diagram",
     "growth-budget": "Growth-rate budget",
     "receptance": "Receptances of the contact point",
+    "track-decay": "Track decay rates",
     "sweep-map": "Stability map",
     "sweep-slices": "Stability maps, one for each combination of the other keys",
     "sweep-parallel": "All points of the sweep in parallel coordinates",
@@ -87,15 +89,15 @@ def download(path: Path, label: str) -> str:
     return f'<a download="{name}" href="data:text/csv;base64,{data}">{escape(label)} ({name})</a>'
 
 
-def pictures(result: Result) -> dict[str, str]:
-    """All pictures as parts of the page, by their names."""
+def pictures(result: Result, measured: Measurements = NONE) -> dict[str, str]:
+    """All pictures as parts of the page, by their names; receptances and decay rates with `measured` ones."""
     from ..pictures import Canvas, draw  # matplotlib takes a second, which the other commands need not wait
 
     parts: dict[str, str] = {}
     names = body_words(result.job)
     with tempfile.TemporaryDirectory() as folder:
         canvas = Canvas(Path(folder), result.stem, resolution=RESOLUTION)
-        for path in draw(result, canvas):
+        for path in draw(result, canvas, measured=measured):
             if path.suffix == ".png":
                 name = path.stem.removeprefix(f"{result.stem}-")
                 caption = escape(named(CAPTIONS.get(name, name), names))

@@ -47,6 +47,19 @@ pub fn check_modes(job: &Job, faults: &mut Vec<String>) {
     }
 }
 
+/// Adds the faults of track decay rates: they are of one rail, on a track.
+pub fn check_track_decay(job: &Job, faults: &mut Vec<String>) {
+    if job.analyses.track_decay.is_none() {
+        return;
+    }
+    let rails = job.bodies().into_iter().filter(|(_, b)| matches!(b.mesh, Some(MeshSource::Extruded(_)))).count();
+    if rails != 1 {
+        faults.push(format!(
+            "analyses.track_decay: found {rails} rails, expected one: a body with mesh.extruded, on its track"
+        ));
+    }
+}
+
 /// Adds the faults of a rail.
 pub fn check_body(path: &str, body: &Body, extruded: &Extruded, faults: &mut Vec<String>) {
     let key = format!("{path}.mesh.extruded");

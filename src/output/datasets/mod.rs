@@ -14,4 +14,5 @@ pub mod record;
 pub mod reduced;
 pub mod stability;
 pub mod sweep;
+pub mod track_decay;
 pub mod uncertainty;

@@ -326,6 +326,7 @@ fn computed(tables: &Tables) -> String {
         ("/curving/", "the vehicle in its curve"),
         ("/modes/", "free modes"),
         ("/receptance/", "receptances of the contact"),
+        ("/track_decay/", "track decay rates"),
         ("/contact/pressure", "steady rolling"),
         ("/creep_curve/", "a creep curve"),
     ];
