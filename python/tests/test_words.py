@@ -47,7 +47,7 @@ def test_sentences_of_guides_are_short(words: ModuleType) -> None:
     page = [short + " " + short, "", long, "", "| " + long + " |", "", "    " + long, "", "- " + short, "- " + long]
     faults = list(words.long_sentences("docs/how-to/a.md", page))
     assert [fault.split(":")[1] for fault in faults] == ["3", "10"]
-    assert not list(words.long_sentences("docs/explanation/a.md", page))
+    assert not list(words.long_sentences("docs/reference/a.md", page))
 
 
 def test_sentences_of_studies_are_theirs(words: ModuleType) -> None:
