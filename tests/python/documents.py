@@ -91,6 +91,15 @@ def as_check(words):
     return kept
 
 
+def result_of(words):
+    """Result file of a line that runs a job and replaces none; `None` for other lines."""
+    words = of_program(words)
+    if not words or words[0] != "run" or "--resume" in words or "--force" in words:
+        return None
+    named = [after for word, after in zip(words, words[1:]) if word in ("--output", "-o")]
+    return named[-1] if named else str(Path(words[1]).with_suffix(".h5"))
+
+
 def place(folder, program=None):
     """The checkout as a reader sees it, with jobs whose results go beside them into `folder`, and with the program as
     the one that is built there."""
@@ -113,10 +122,15 @@ def checked(program):
     """Commands that the program refuses, with its messages. Jobs that a page makes with `init` are made."""
     faults, tried = [], 0
     for page in PAGES:
+        results = set()
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             place(folder)
             for words in commands(page):
+                result = result_of(words)
+                if result in results:
+                    faults.append(f"{page.relative_to(ROOT)}: {shlex.join(words)}\n  {result} is there already")
+                results |= {result} - {None}
                 words = of_program(words)
                 init = words if words and words[0] in ("init", "check", "schema") else None
                 line = init or as_check(words)
