@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-ROOT = Path(__file__).parents[2]
+ROOT = Path(__file__).resolve().parents[2]
 PAGES = [*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), ROOT / "python/README.md", ROOT / "meshes/README.md"]
 
 
@@ -27,6 +27,31 @@ def test_links_lead_somewhere(page: Path) -> None:
         to = (base / path).resolve() if path else page
         assert to.exists(), f"{page.name}: {target} leads nowhere"
         assert not anchor or anchor in anchors(to), f"{page.name}: {target}: {to.name} has no such heading"
+
+
+def targets(page: Path, base: Path) -> list[Path]:
+    """Pages to which a page leads, in order."""
+    found = re.findall(r"\]\(([^)#\s]+\.md)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))
+    return [(base / path).resolve() for path in found if not re.match(r"[a-z]+:", path)]
+
+
+def test_every_page_is_in_the_book_once() -> None:
+    in_book = targets(ROOT / "docs/SUMMARY.md", ROOT)
+    assert len(in_book) == len(set(in_book)), "docs/SUMMARY.md names a page twice"
+    pages = {page.resolve() for page in PAGES} - {ROOT / "docs/SUMMARY.md"}
+    assert len(pages) > 40 and set(in_book) == pages
+
+
+def test_no_page_is_orphaned() -> None:
+    reached, waiting = set(), [ROOT / "docs/README.md"]
+    while waiting:
+        page = waiting.pop()
+        if page.is_file() and page not in reached:
+            reached.add(page)
+            waiting += targets(page, page.parent)
+    entries = {ROOT / "README.md", ROOT / "docs/SUMMARY.md"}
+    lost = sorted(str(page.relative_to(ROOT)) for page in {page.resolve() for page in PAGES} - reached - entries)
+    assert not lost, f"no page that the map docs/README.md leads to has a link to {lost}"
 
 
 def test_every_picture_is_on_the_page_of_results() -> None:

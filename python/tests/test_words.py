@@ -47,7 +47,25 @@ def test_sentences_of_guides_are_short(words: ModuleType) -> None:
     page = [short + " " + short, "", long, "", "| " + long + " |", "", "    " + long, "", "- " + short, "- " + long]
     faults = list(words.long_sentences("docs/how-to/a.md", page))
     assert [fault.split(":")[1] for fault in faults] == ["3", "10"]
-    assert not list(words.long_sentences("docs/explanation/a.md", page))
+    assert not list(words.long_sentences("docs/reference/a.md", page))
+
+
+def test_sentences_of_studies_are_theirs(words: ModuleType) -> None:
+    page = ["<!-- study: a -->", "It " + "is long " * 20 + "indeed.", "<!-- end -->", "", "It " + "is " * 40 + "it."]
+    assert [fault.split(":")[1] for fault in words.long_sentences("docs/developers/a.md", page)] == ["5"]
+
+
+def test_cells_of_tables_are_short(words: ModuleType) -> None:
+    link = "[a link of some words](" + "word-" * 40 + ".md)"
+    page = [
+        "| a | " + "word " * 31 + "|",
+        f"| {'word ' * 15} | {'word ' * 16}|",
+        f"| {link} |",
+        "```",
+        "| " + "w " * 40,
+        "```",
+    ]
+    assert [fault.split(":")[1] for fault in words.long_cells("docs/reference/a.md", page)] == ["1"]
 
 
 def test_paragraphs_are_wrapped_and_tables_and_code_are_not(words: ModuleType, tmp_path: Path) -> None:

@@ -1,7 +1,8 @@
 """The pages of the project: the commands they show are ones that the program takes.
 
 usage: documents.py check PROGRAM      every command line of a page is accepted, with `check` in the place of `run`
-       documents.py run PROGRAM        all of them, page by page, each page in a folder of its own
+       documents.py run PROGRAM [PAGE…]    all of them, page by page, each page in a folder of its own; the tutorials
+                                       have tutorials.py, which also compares their output
 """
 
 import importlib.util
@@ -21,6 +22,10 @@ PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("*/RE
 PLACEHOLDER = re.compile(r"\b(JOB|OLD|FILE|PREFIX|SHELL|DIR|A|B|NAME|N)(\.\w+)?\b")
 # Meshes that a page has made with Gmsh.
 MADE = ("ring.msh", "wheel.msh", "wheel.inp")
+# Pages whose commands install, measure beside other programs, or develop.
+NOT_RUN = ("install.md", "performance.md", "CONTRIBUTING.md")
+# Commands that set up, build or test the checkout.
+DEVELOP = ("scripts/test", "scripts/validate", "scripts/golden", "scripts/install", "scripts/setup")
 # Programs whose lines are tried, behind a launcher or not.
 TRIED = ("railsqueal", "target/release/railsqueal")
 
@@ -86,13 +91,26 @@ def as_check(words):
     return kept
 
 
-def place(folder):
-    """The checkout as a reader sees it, with jobs whose results go beside them into `folder`."""
+def result_of(words):
+    """Result file of a line that runs a job and replaces none; `None` for other lines."""
+    words = of_program(words)
+    if not words or words[0] != "run" or "--resume" in words or "--force" in words:
+        return None
+    named = [after for word, after in zip(words, words[1:]) if word in ("--output", "-o")]
+    return named[-1] if named else str(Path(words[1]).with_suffix(".h5"))
+
+
+def place(folder, program=None):
+    """The checkout as a reader sees it, with jobs whose results go beside them into `folder`, and with the program as
+    the one that is built there."""
     for entry in ROOT.iterdir():
         if entry.name not in ("jobs", ".git", "target") and not (folder / entry.name).exists():
             (folder / entry.name).symlink_to(entry)
     ignore = shutil.ignore_patterns("*.h5", "*.vtkhdf", "*.png", "*.transient")
     shutil.copytree(ROOT / "jobs", folder / "jobs", ignore=ignore)
+    if program:
+        (folder / "target" / "release").mkdir(parents=True)
+        (folder / "target" / "release" / "railsqueal").symlink_to(program)
 
 
 def tell(words, ran):
@@ -104,10 +122,15 @@ def checked(program):
     """Commands that the program refuses, with its messages. Jobs that a page makes with `init` are made."""
     faults, tried = [], 0
     for page in PAGES:
+        results = set()
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
             place(folder)
             for words in commands(page):
+                result = result_of(words)
+                if result in results:
+                    faults.append(f"{page.relative_to(ROOT)}: {shlex.join(words)}\n  {result} is there already")
+                results |= {result} - {None}
                 words = of_program(words)
                 init = words if words and words[0] in ("init", "check", "schema") else None
                 line = init or as_check(words)
@@ -122,34 +145,45 @@ def checked(program):
     return faults
 
 
-def performed(program):
-    """Commands that fail when each is run as the page shows it."""
+def environment(program):
+    """Environment in which `railsqueal` is the program, and `scripts/run` builds no other one."""
+    path = str(Path(program).resolve().parent) + os.pathsep + os.environ["PATH"]
+    return {**os.environ, "PATH": path, "RAILSQUEAL_BUILT": "1"}
+
+
+def runnable(words, folder, program):
+    """Words of a line as they are run here, and the reason if they cannot be: Gmsh is missing for a mesh."""
+    words = [program if w == "target/release/railsqueal" else w for w in words]
+    words = [sys.executable if w == "python3" else w for w in words]
+    missing = any(made in word and not (folder / made).exists() for made in MADE for word in words)
+    if missing and "section" not in words and importlib.util.find_spec("gmsh") is None:
+        return words, "Python has no gmsh"
+    return words, None
+
+
+def performed(program, chosen=()):
+    """Commands that fail when each is run as the page shows it, of all pages or of those chosen by their paths.
+    tutorials.py follows the tutorials."""
     faults = []
-    directory = str(Path(program).resolve().parent)
-    environment = {**os.environ, "PATH": directory + os.pathsep + os.environ["PATH"]}
     for page in PAGES:
-        if page.name in ("install.md", "performance.md", "CONTRIBUTING.md"):
-            continue  # installs; measures, beside other programs; develops
+        if page.name in NOT_RUN or page.parent.name == "tutorials":
+            continue
+        if chosen and str(page.relative_to(ROOT)) not in chosen:
+            continue
         with tempfile.TemporaryDirectory() as name:
             folder = Path(name)
-            place(folder)
+            place(folder, program)
             for words in commands(page):
-                if words[0] in (
-                    "scripts/test",
-                    "scripts/validate",
-                    "scripts/golden",
-                    "scripts/install",
-                    "scripts/setup",
-                ):
+                if words[0] in DEVELOP:
                     continue
-                words = [directory + "/railsqueal" if w == "target/release/railsqueal" else w for w in words]
-                words = [sys.executable if w == "python3" else w for w in words]
-                missing = any(made in word and not (folder / made).exists() for made in MADE for word in words)
-                if missing and "section" not in words and importlib.util.find_spec("gmsh") is None:
-                    print(f"{page.relative_to(ROOT)}: {shlex.join(words)} left out: Python has no gmsh", flush=True)
+                words, missing = runnable(words, folder, program)
+                if missing:
+                    print(f"{page.relative_to(ROOT)}: {shlex.join(words)} left out: {missing}", flush=True)
                     continue
                 begun = time.monotonic()
-                ran = subprocess.run(words, cwd=folder, env=environment, capture_output=True, text=True, check=False)
+                ran = subprocess.run(
+                    words, cwd=folder, env=environment(program), capture_output=True, text=True, check=False
+                )
                 print(f"{page.relative_to(ROOT)}: {shlex.join(words)} ({time.monotonic() - begun:.0f} s)", flush=True)
                 # `compare` says by 1 that results differ.
                 if ran.returncode not in ((0, 1) if "compare" in words else (0,)):
@@ -159,7 +193,7 @@ def performed(program):
 
 def main():
     what, program = sys.argv[1], str(Path(sys.argv[2]).resolve())
-    found = {"check": checked, "run": performed}[what](program)
+    found = checked(program) if what == "check" else performed(program, sys.argv[3:])
     print("\n".join(found))
     sys.exit(1 if found else 0)
 
