@@ -1,6 +1,6 @@
 //! Jobs beside each other: what a reduced model depends on, and in which keys two documents differ.
 
-use super::{Body, GivenCreepage, Job, Placement};
+use super::{Body, ContactPlaces, GivenCreepage, Job, Placement};
 use serde_json::{json, Value};
 use std::fmt;
 
@@ -64,6 +64,9 @@ pub fn fe_inputs(job: &Job) -> Value {
             ..placement.clone()
         });
         inputs["contact"]["load"] = json!([contact.and_then(|c| c.normal_load), contact.and_then(|c| c.approach)]);
+        if let Some(contact) = contact.filter(|c| c.places == ContactPlaces::All) {
+            inputs["contact"]["places"] = json!([contact.places, contact.vertical_load]);
+        }
     }
     inputs
 }

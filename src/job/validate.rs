@@ -8,6 +8,7 @@ mod curving;
 mod matrices;
 mod measured;
 mod placement;
+mod places;
 mod quadrature;
 mod rail;
 mod roughness;
@@ -269,9 +270,12 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         (Some(_), Some(_)) => {
             faults.push("contact: both normal_load and approach are given; give exactly one of them".into());
         }
-        (None, None) => faults.push("contact: give exactly one of normal_load (N) and approach (m)".into()),
+        (None, None) if contact.vertical_load.is_none() => {
+            faults.push("contact: give exactly one of normal_load (N) and approach (m)".into());
+        }
         _ => {}
     }
+    places::check(job, contact, faults);
     let cylinders: Vec<(&str, &Cylinder)> = job
         .bodies()
         .into_iter()

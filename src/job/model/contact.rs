@@ -18,6 +18,14 @@ pub struct Contact {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub approach: Option<f64>,
+    /// Vertical force on a wheel that its contacts carry together, N, with `places` "all" in the place of
+    /// `normal_load`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N"))]
+    pub vertical_load: Option<f64>,
+    /// Places of a wheel on its rail that are contacts.
+    #[serde(default, skip_serializing_if = "ContactPlaces::is_one")]
+    pub places: ContactPlaces,
     /// Rolling speed V, m/s; needed unless `points` are given.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
@@ -51,6 +59,12 @@ pub struct Contact {
     /// True once load and position are those of the equilibrium in the curve, and no longer stand-ins.
     #[serde(skip)]
     pub in_equilibrium: bool,
+    /// The other contacts of a wheel that carries load at several places, once these are known.
+    #[serde(skip)]
+    pub further: Vec<Contact>,
+    /// Contact angle δ of a wheel on its rail, rad, positive where the rail falls to the right, once it is known.
+    #[serde(skip)]
+    pub angle: f64,
     /// Roughness of the running surfaces, in `analyses.transient`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roughness: Option<super::Roughness>,
@@ -58,6 +72,23 @@ pub struct Contact {
     /// creepage and patch.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<ContactPoint>>,
+}
+
+/// Places of a wheel on its rail that are contacts.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactPlaces {
+    /// One place: that of first touch, or of a wheel in a curve the one with the larger load.
+    #[default]
+    One,
+    /// All places that carry load, such as tread and flange, each with its own angle, grid and creepages.
+    All,
+}
+
+impl ContactPlaces {
+    fn is_one(&self) -> bool {
+        *self == Self::One
+    }
 }
 
 fn is_zero(value: &f64) -> bool {
@@ -93,6 +124,7 @@ impl Contact {
         let given = [
             ("normal_load", self.normal_load.is_some()),
             ("approach", self.approach.is_some()),
+            ("vertical_load", self.vertical_load.is_some()),
             ("speed", self.speed != 0.0),
             ("creepage", self.creepage != Creepage::default()),
             ("placement", self.placement.is_some()),
@@ -132,14 +164,30 @@ impl Contact {
     pub(super) fn remove_derived(&mut self) {
         (self.normal_load, self.speed, self.placement) = (None, 0.0, None);
         (self.creepage, self.in_equilibrium) = (Creepage::default(), false);
+        self.further.clear();
     }
 
-    /// Load that presses the bodies together. Reading a job makes sure that exactly one of the two keys is given.
+    /// Takes off the places that follow from a vertical load.
+    pub(super) fn remove_places(&mut self) {
+        if self.places == ContactPlaces::All && self.vertical_load.is_some() {
+            self.normal_load = None;
+            self.placement.iter_mut().for_each(|p| p.touch_near = None);
+            self.further.clear();
+        }
+    }
+
+    /// The contacts: this one, then the other ones of the same wheel.
+    pub fn all(&self) -> impl Iterator<Item = &Contact> {
+        std::iter::once(self).chain(&self.further)
+    }
+
+    /// Load that presses the bodies together. Reading a job makes sure that exactly one of the three keys is given.
+    /// Of a vertical load the part that this contact carries is known once the places are.
     pub fn load(&self) -> Load {
         match (self.normal_load, self.approach) {
             (Some(n), _) => Load::Normal(n),
             (None, Some(d)) => Load::Approach(d),
-            (None, None) => Load::Normal(0.0),
+            (None, None) => Load::Normal(self.vertical_load.unwrap_or(0.0)),
         }
     }
 }

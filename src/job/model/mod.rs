@@ -263,6 +263,7 @@ impl Job {
         if let Some(contact) = job.contact.as_mut().filter(|c| c.from.is_some()) {
             contact.remove_derived();
         }
+        job.contact.iter_mut().for_each(Contact::remove_places);
         serde_json::to_value(job).unwrap_or(Value::Null)
     }
 }

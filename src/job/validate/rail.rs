@@ -58,6 +58,15 @@ pub fn check_track_decay(job: &Job, faults: &mut Vec<String>) {
             "analyses.track_decay: found {rails} rails, expected one: a body with mesh.extruded, on its track"
         ));
     }
+    for (name, track) in job.bodies().into_iter().filter_map(|(name, b)| Some((name, b.track.as_ref()?))) {
+        let ballast = track.sleeper.map_or(0.0, |s| s.ballast.loss_factor);
+        if [track.loss_factor, track.pad.loss_factor, ballast].iter().all(|loss| *loss == 0.0) {
+            faults.push(format!(
+                "bodies.{name}.track: found neither a loss factor of the rail nor one of pads or ballast, expected one \
+                 above 0: without damping its waves never decay"
+            ));
+        }
+    }
 }
 
 /// Adds the faults of a rail.
