@@ -327,7 +327,7 @@ impl<'s> RunState<'s> {
 
 /// Returns whether modes and compliance are kept on the disk for later runs.
 fn keeps(job: &job::Job) -> bool {
-    let of_bodies = job.contact.as_ref().is_some_and(|c| c.compliance.of_bodies());
+    let of_bodies = job.contact.as_ref().is_some_and(|c| c.compliance.of_bodies() && c.further.is_empty());
     job.output.reduced && of_bodies && !job.by_matrices() && !job.analyses.on_contact().is_empty()
 }
 

@@ -54,7 +54,7 @@ impl Study<'_> {
         if contact.friction.largest() > 0.0 {
             add(Parameter::Friction, 1.0, 1.0);
         }
-        match (contact.normal_load, contact.approach, total_force(contact)) {
+        match (total_load(contact), contact.approach, total_force(contact)) {
             (Some(load), ..) => add(Parameter::NormalLoad, load, load),
             (None, Some(approach), _) => add(Parameter::Approach, approach, approach),
             (None, None, Some(force)) if force > 0.0 => add(Parameter::NormalLoad, force, force),
@@ -107,21 +107,23 @@ impl Study<'_> {
             Parameter::Friction => contact.friction = contact.friction.scaled(1.0 + by),
             Parameter::NormalLoad => {
                 let total = total_force(&contact).unwrap_or(f64::INFINITY);
-                contact.normal_load = contact.normal_load.map(|load| load + by);
+                let factor = 1.0 + total_load(&contact).map_or(0.0, |load| by / load);
+                contact.vertical_load = contact.vertical_load.map(|load| load * factor);
+                each(&mut contact, &|c| c.normal_load = c.normal_load.map(|load| load * factor));
                 let forces = contact.points.iter_mut().flatten().filter_map(|p| p.force.as_mut());
                 forces.for_each(|f| *f *= 1.0 + by / total);
             }
             Parameter::Approach => contact.approach = contact.approach.map(|d| d + by),
             Parameter::Speed => {
-                contact.speed += by;
+                each(&mut contact, &|c| c.speed += by);
                 if self.model.rotation.iter().any(Option::is_some) {
                     let job = Job { contact: Some(contact.clone()), ..job.clone() };
                     moved = Some(self.model.pair_of(&job)?);
                 }
             }
-            Parameter::Longitudinal => contact.creepage.longitudinal += by,
-            Parameter::Lateral => contact.creepage.lateral += by,
-            Parameter::Spin => contact.creepage.spin += by,
+            Parameter::Longitudinal => each(&mut contact, &|c| c.creepage.longitudinal += by),
+            Parameter::Lateral => each(&mut contact, &|c| c.creepage.lateral += by),
+            Parameter::Spin => each(&mut contact, &|c| c.creepage.spin += by),
             Parameter::LowerPosition => moved = Some(pair.with_contact_moved(interface, Side::Lower, by)),
             Parameter::UpperPosition => moved = Some(pair.with_contact_moved(interface, Side::Upper, by)),
         }
@@ -129,6 +131,17 @@ impl Study<'_> {
         let (_, linear) = StabilityProblem { job, stability, contact: &contact, model }.at_rest()?;
         Ok((moved, linear))
     }
+}
+
+/// Load that all contacts carry, N: the vertical one that they share, or the sum of their normal loads.
+fn total_load(contact: &job::Contact) -> Option<f64> {
+    contact.vertical_load.or_else(|| contact.all().map(|c| c.normal_load).sum())
+}
+
+/// Makes a `change` to each contact of a wheel.
+fn each(contact: &mut job::Contact, change: &dyn Fn(&mut job::Contact)) {
+    change(contact);
+    contact.further.iter_mut().for_each(change);
 }
 
 /// The sum of the forces of points that have forces of their own, N.

@@ -119,7 +119,7 @@ fn fields(
     let mut patches = Vec::new();
     for (i, place) in bodies.places.iter().enumerate() {
         let body = bodies.fields(place.body)?;
-        let grid = place.grid.as_ref();
+        let grid = place.grid();
         let mut on_grid = Vec::new();
         if let Some(u) = displacements.and_then(|all| all.get(i)) {
             von_mises.push(body.von_mises(u));
@@ -157,23 +157,35 @@ fn fields(
 }
 
 fn summarise(contact: &job::Contact, (s, r): (&Interface, &SteadySolution), summary: &mut Summary) {
-    let [fx, fy, fz] = r.force;
-    let closed = r.state.iter().filter(|&&s| s > 0).count();
-    let stick = r.state.iter().filter(|&&s| s == 1).count();
-    let peak = r.pressure.iter().copied().fold(0.0, f64::max);
     summary.line("steady rolling");
-    summary.value("normal force", format!("{:.6e} N", -fz));
-    summary.value("approach", format!("{:.4} µm", 1e6 * r.patches[0].approach));
-    summary.value("largest pressure", format!("{:.2} MPa", 1e-6 * peak));
-    let [x, y] = r.centre(s).map(|x| 1e3 * x);
-    summary.value("centre of the pressure (x, y)", format!("{x:+.3}, {y:+.3} mm"));
-    summary.value("force on body 1 (x, y)", format!("{fx:.6e}, {fy:.6e} N"));
-    let limit = -fz * contact.friction.coefficient(0.0);
-    if limit > 0.0 {
-        let at_rest = if contact.friction.is_constant() { "" } else { " (μ at rest)" };
-        summary.value(&format!("  over μN{at_rest}"), format!("{:.4}, {:.4}", fx / limit, fy / limit));
+    for (number, (one, resultant)) in contact.all().zip(&r.patches).enumerate() {
+        if r.patches.len() > 1 {
+            let place = one.placement.as_ref().and_then(|p| p.touch_near).unwrap_or_default();
+            summary.line(format!(
+                "contact {} at y = {:.2} mm of the wheel's profile, contact angle {:.2} degrees",
+                number + 1,
+                1e3 * place,
+                one.angle.to_degrees()
+            ));
+        }
+        let [fx, fy, fz] = resultant.force;
+        let nodes = s.patches[number].nodes();
+        let closed = r.state[nodes.clone()].iter().filter(|&&s| s > 0).count();
+        let stick = r.state[nodes.clone()].iter().filter(|&&s| s == 1).count();
+        let peak = r.pressure[nodes].iter().copied().fold(0.0, f64::max);
+        summary.value("normal force", format!("{:.6e} N", -fz));
+        summary.value("approach", format!("{:.4} µm", 1e6 * resultant.approach));
+        summary.value("largest pressure", format!("{:.2} MPa", 1e-6 * peak));
+        let [x, y] = r.centre_of(s, number).map(|x| 1e3 * x);
+        summary.value("centre of the pressure (x, y)", format!("{x:+.3}, {y:+.3} mm"));
+        summary.value("force on body 1 (x, y)", format!("{fx:.6e}, {fy:.6e} N"));
+        let limit = -fz * contact.friction.coefficient(0.0);
+        if limit > 0.0 {
+            let at_rest = if contact.friction.is_constant() { "" } else { " (μ at rest)" };
+            summary.value(&format!("  over μN{at_rest}"), format!("{:.4}, {:.4}", fx / limit, fy / limit));
+        }
+        summary.value("contact nodes closed / in stick", format!("{closed} / {stick}"));
     }
-    summary.value("contact nodes closed / in stick", format!("{closed} / {stick}"));
     summary.value("residual, iterations", format!("{:.1e}, {}", r.residual, r.iterations));
 }
 

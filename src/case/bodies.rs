@@ -39,8 +39,8 @@ pub struct Place {
     pub side: Side,
     /// Index in [`Bodies::unique`].
     pub body: usize,
-    /// Contact grid of the body's mesh, on rank 0.
-    pub grid: Option<ContactGrid>,
+    /// Grids of the contacts on the body, on rank 0; none without contact.
+    pub grids: Vec<ContactGrid>,
     /// Nodes of a contact grid that are no nodes of the body's mesh as they lie on its surface, in the frame of the
     /// mesh in lower form, m, `[nx*ny]`, on rank 0.
     pub laid: Vec<[f64; 3]>,
@@ -51,10 +51,15 @@ pub struct Place {
 }
 
 impl Place {
+    /// Grid of the first contact, on rank 0, if there is one.
+    pub fn grid(&self) -> Option<&ContactGrid> {
+        self.grids.first()
+    }
+
     /// Vectors in the plane of the contact as the mesh of the body has them in lower form, from their components
     /// along x and y of the contact.
     pub fn on_mesh(&self, vectors: &[[f64; 2]]) -> Vec<[f64; 3]> {
-        let tilt = self.grid.as_ref().and_then(|g| g.transfer.as_ref()).map_or(0.0, Transfer::tilt);
+        let tilt = self.grid().and_then(|g| g.transfer.as_ref()).map_or(0.0, Transfer::tilt);
         vectors.iter().map(|&[x, y]| seen([x, y, 0.0], -tilt)).collect()
     }
 
@@ -62,10 +67,10 @@ impl Place {
     pub(crate) fn meshless(
         (name, side): (&'static str, Side),
         body: usize,
-        grid: Option<ContactGrid>,
+        grids: Vec<ContactGrid>,
         material: Material,
     ) -> Self {
-        Self { name, side, body, grid, laid: Vec::new(), material: Some(material), checksum: String::new() }
+        Self { name, side, body, grids, laid: Vec::new(), material: Some(material), checksum: String::new() }
     }
 }
 
@@ -136,7 +141,7 @@ impl<'p> Bodies<'p> {
                 name,
                 side: Side::named(name).unwrap_or(Side::Lower),
                 body: if same { 0 } else { i },
-                grid,
+                grids: grid.into_iter().collect(),
                 laid: laid.unwrap_or_default(),
                 material: Some(material_of(body)?),
                 checksum: mine.map(|m| m.mesh.checksum()).unwrap_or_default(),
@@ -153,7 +158,7 @@ impl<'p> Bodies<'p> {
                 continue;
             }
             let mesh = meshed.as_ref().map(|m| &m[i].mesh);
-            let grid = bodies.places[i].grid.as_ref();
+            let grid = bodies.places[i].grid();
             let axis = body.axle().filter(|_| body.rotates()).map(Axis::below);
             bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), (mesh, grid), axis)?));
         }
@@ -168,8 +173,8 @@ impl<'p> Bodies<'p> {
         let mut bodies = Self::none();
         for (index, side) in Side::BOTH.into_iter().enumerate() {
             let name = side.name();
-            let (grid, material, checksum) = (None, None, String::new());
-            bodies.places.push(Place { name, side, body: index, grid, laid: Vec::new(), material, checksum });
+            let (grids, material, checksum) = (Vec::new(), None, String::new());
+            bodies.places.push(Place { name, side, body: index, grids, laid: Vec::new(), material, checksum });
             let Some((_, body)) = given.iter().find(|(n, _)| *n == name) else {
                 bodies.unique.push(Box::new(Rigid::new(world, name, 3 * contacts)));
                 continue;
@@ -248,7 +253,7 @@ impl<'p> Bodies<'p> {
 
     /// On rank 0: the contact grid of the body with this index in [`Bodies::unique`].
     pub fn grid_of(&self, body: usize) -> Option<&ContactGrid> {
-        self.places.iter().find(|p| p.body == body).and_then(|p| p.grid.as_ref())
+        self.places.iter().find(|p| p.body == body).and_then(Place::grid)
     }
 
     /// Collective: writes the meshes alone.

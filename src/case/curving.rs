@@ -4,7 +4,7 @@ use super::wheel_rail_geometry::{material, profile};
 use crate::curving::{
     BogieData, BogieWheel, ContactForce, CreepLaw, CurveMotion, CurvingProblem, CurvingSolution, WHEELS,
 };
-use crate::job::{self, CreepForceLaw, Curve, Job, VehicleData, VehicleWheel};
+use crate::job::{self, ContactPlaces, CreepForceLaw, Curve, Job, VehicleData, VehicleWheel};
 use crate::output::datasets::curving as datasets;
 use crate::output::Table;
 use crate::parallel::World;
@@ -124,14 +124,27 @@ impl Curving {
         contact.in_equilibrium = true;
     }
 
-    /// `contact` at the place of the wheel that it names, the one with the larger load of two.
-    fn fill(&self, contact: &mut job::Contact) -> Result<()> {
+    /// `contact` at the places of the wheel that it names, the one with the largest load first; those behind it only
+    /// where the job takes all places.
+    fn contacts(&self, contact: &job::Contact) -> Result<Vec<job::Contact>> {
         let missing = || Error::Defect("a contact of a curve without a wheel".into());
         let wheel = bogie_wheel(contact.from.ok_or_else(missing)?.wheel);
-        let heaviest = self.solution.wheel(&self.problem, wheel).iter().max_by(|a, b| a.normal.total_cmp(&b.normal));
-        let heaviest = heaviest.ok_or_else(missing)?;
-        self.put(contact, wheel, heaviest);
-        Ok(())
+        let mut places: Vec<&ContactForce> = self.solution.wheel(&self.problem, wheel).iter().collect();
+        let total: f64 = places.iter().map(|place| place.normal).sum();
+        places.sort_by(|a, b| b.normal.total_cmp(&a.normal));
+        match contact.places {
+            ContactPlaces::One => places.truncate(1),
+            ContactPlaces::All => places.retain(|place| place.normal > NO_SHARE * total),
+        }
+        let at = |place: &&ContactForce| {
+            let mut one = job::Contact { further: Vec::new(), ..contact.clone() };
+            self.put(&mut one, wheel, place);
+            one
+        };
+        match places.is_empty() {
+            true => Err(missing()),
+            false => Ok(places.iter().map(at).collect()),
+        }
     }
 
     /// The table of the axles and of all places of contact, one line each.
@@ -217,7 +230,7 @@ impl Curving {
 
     /// Warnings about the contact of `job`.
     pub fn warnings(&self, job: &Job) -> Vec<String> {
-        let wheel = job.contact.as_ref().and_then(|c| c.from);
+        let wheel = job.contact.as_ref().filter(|c| c.places == ContactPlaces::One).and_then(|c| c.from);
         wheel.and_then(|from| self.left_out(from.wheel)).into_iter().collect()
     }
 
@@ -256,6 +269,7 @@ impl Curving {
 /// As [`Curving::of`], for the job's own curve.
 pub fn resolve(world: &World, job: &mut Job) -> Result<()> {
     settle(world, job)?;
+    super::contact_places::settle(world, job)?;
     let Some(mut plan) = job.sweep.take() else { return Ok(()) };
     // Neighbouring points mostly share their curve.
     let mut known: Vec<(serde_json::Value, Job)> = vec![(inputs(job), job.clone())];
@@ -281,6 +295,7 @@ fn taken(same: &job::Contact, point: &Job) -> job::Contact {
         speed: same.speed,
         placement: same.placement.clone(),
         in_equilibrium: same.in_equilibrium,
+        further: same.further.clone(),
         ..own.clone()
     }
 }
@@ -292,7 +307,7 @@ fn needs_equilibrium(job: &Job) -> bool {
 /// Keys of a job on which the place of its contact in a curve depends.
 fn inputs(job: &Job) -> serde_json::Value {
     let body = |b: &Option<job::Body>| b.as_ref().map(|b| (b.profile.clone(), b.material.clone()));
-    let contact = job.contact.as_ref().map(|c| (c.from, c.friction.clone()));
+    let contact = job.contact.as_ref().map(|c| (c.from, c.places, c.friction.clone()));
     serde_json::json!([job.curve, job.vehicle, contact, body(&job.bodies.lower), body(&job.bodies.upper)])
 }
 
@@ -303,13 +318,14 @@ pub(crate) fn settle(world: &World, job: &mut Job) -> Result<()> {
     }
     let found = world.on_root(|| {
         let curving = Curving::of(job)?;
-        let mut contact = job.contact.clone();
-        contact.as_mut().map_or(Ok(()), |c| curving.fill(c))?;
-        serde_json::to_vec(&contact).map_err(|e| Error::Defect(format!("contact in a curve: {e}")))
+        let contacts = job.contact.as_ref().map_or(Ok(Vec::new()), |c| curving.contacts(c))?;
+        serde_json::to_vec(&contacts).map_err(|e| Error::Defect(format!("contact in a curve: {e}")))
     })?;
     let bytes = world.broadcast(found.unwrap_or_default());
-    let contact: Option<job::Contact> =
+    let contacts: Vec<job::Contact> =
         serde_json::from_slice(&bytes).map_err(|e| Error::Defect(format!("contact in a curve: {e}")))?;
-    job.contact = contact.map(|c| job::Contact { in_equilibrium: true, ..c });
+    let mut settled = contacts.into_iter().map(|c| job::Contact { in_equilibrium: true, ..c });
+    let Some(first) = settled.next() else { return Ok(()) };
+    job.contact = Some(job::Contact { further: settled.collect(), ..first });
     Ok(())
 }

@@ -5,7 +5,7 @@ use crate::body::half_space::HalfSpace;
 use crate::contact::full_sliding::{SlidingDirection, SlidingProblem};
 use crate::contact::points::yield_to_load;
 use crate::contact::{
-    self, fe_correction, Creepage, Influence, NormalLoad, PatchKinematics, SlidingPoint, SteadyProblem, Stencil,
+    self, fe_correction, Creepage, Influence, Loads, NormalLoad, PatchKinematics, SlidingPoint, SteadyProblem, Stencil,
 };
 use crate::fem::Material;
 use crate::grid::ContactGrid;
@@ -21,9 +21,20 @@ pub fn creepage(contact: &job::Contact) -> Creepage {
     Creepage { longitudinal: c.longitudinal, lateral: c.lateral, spin: c.spin }
 }
 
-/// Rolling of the one patch of a job.
+/// Rolling of each contact of a job.
 pub(crate) fn kinematics(contact: &job::Contact) -> Vec<PatchKinematics> {
-    PatchKinematics::one(contact.speed, creepage(contact))
+    contact.all().map(|one| PatchKinematics { speed: one.speed, creepage: creepage(one) }).collect()
+}
+
+/// Loads of the contacts of a job: a vertical one that they share, or one each.
+pub(crate) fn loads(contact: &job::Contact) -> Loads {
+    match contact.vertical_load {
+        Some(load) => {
+            let angles: Vec<f64> = contact.all().map(|one| one.angle).collect();
+            Loads::vertical(&angles, NormalLoad::Force(load))
+        }
+        None => Loads::of_patches(&contact.all().map(normal_load).collect::<Vec<_>>()),
+    }
 }
 
 /// Load or approach of the job.
@@ -47,7 +58,7 @@ pub(crate) fn steady_rolling<'a>(
         compliance,
         friction: contact.friction.clone(),
         kinematics: kinematics(contact),
-        loads: normal_load(contact).into(),
+        loads: loads(contact),
         stencil: Stencil::default(),
         tolerance,
         max_iterations: max_iterations as usize,
@@ -96,7 +107,7 @@ pub(crate) fn steady_sliding<'a>(
         compliance: pair.at_rest(),
         friction: contact.friction.clone(),
         kinematics: kinematics(contact),
-        loads: normal_load(contact).into(),
+        loads: loads(contact),
         stencil: Stencil::default(),
         direction: match direction {
             Direction::Rigid => SlidingDirection::Rigid,
@@ -110,11 +121,18 @@ pub(crate) fn interface_of(contact: &job::Contact, bodies: &Bodies) -> Result<In
     if let Some(points) = points(contact) {
         return contact::points::interface(&points);
     }
-    let grids: Vec<&ContactGrid> = bodies.places.iter().filter_map(|p| p.grid.as_ref()).collect();
-    let [lower, upper] = grids[..] else {
+    let [lower, upper] = &bodies.places[..] else {
         return Err(Error::Defect("contact needs the contact grids of two bodies".into()));
     };
-    interface_between(lower, upper)
+    if lower.grids.is_empty() || lower.grids.len() != upper.grids.len() {
+        return Err(Error::Defect(format!(
+            "{} and {} contact grids of two bodies",
+            lower.grids.len(),
+            upper.grids.len()
+        )));
+    }
+    let each = lower.grids.iter().zip(&upper.grids).map(|(lower, upper)| interface_between(lower, upper));
+    Interface::joined(each.collect::<Result<Vec<_>>>()?)
 }
 
 /// The grid that both bodies share and the gap between them. Bodies that overlap are an error: the approach counts

@@ -3,6 +3,7 @@
 
 mod absorbers;
 pub mod bodies;
+mod contact_places;
 pub mod curving;
 pub(crate) mod display_modes;
 pub mod interface;

@@ -56,7 +56,7 @@ fn forces(job: &Job, curving: &Curving, wheel: BogieWheel, place: &ContactForce)
     let own = |h: &HalfSpace| h.compliance(&interface.patches[0].x, &interface.patches[0].y);
     let (lower, upper) = (own(&lower)?, own(&upper)?);
     let compliance = combined_compliance(lower.as_ref(), upper.as_ref())?;
-    let [longitudinal, lateral, spin, speed] = placed.motion();
+    let [longitudinal, lateral, spin, speed, _] = placed.motion();
     let problem = SteadyProblem {
         interface: &interface,
         compliance: compliance.as_ref().into(),

@@ -10,7 +10,7 @@ use crate::body::half_space::HalfSpace;
 use crate::contact::half_space_estimate::PatchEstimate;
 use crate::contact::{Creepage, SPIN_SPACINGS};
 use crate::grid::{ContactPatch, Interface};
-use crate::job::{Job, Load, ModesExtent};
+use crate::job::{Contact, ContactPlaces, Job, Load, ModesExtent};
 use crate::mesh::attitude::Attitude;
 use crate::mesh::{quality, Mesh};
 use crate::{Error, Result};
@@ -64,7 +64,8 @@ pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<PreflightReport>
 /// # Errors
 /// A contact that cannot be computed.
 pub(crate) fn of_interface(job: &Job, interface: &Interface) -> Result<PreflightReport> {
-    if wanted(job) {
+    let alone = job.contact.as_ref().is_some_and(|contact| contact.further.is_empty());
+    if wanted(job) && alone {
         foreseen(job, interface)
     } else {
         Ok(PreflightReport::default())
@@ -88,7 +89,6 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
     }
     if job.placement().is_some() {
         let placed = super::wheel_rail_geometry::Placed::of(job)?;
-        placed.refuse_sections(job)?;
         for (name, body) in job.bodies().into_iter().filter(|(_, b)| b.is_meshed()) {
             let (_, found) = of_mesh(job, meshes, name, body)?;
             let stands = placed.standing(job, meshes, name, body)?;
@@ -96,18 +96,27 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
             report.lines.extend(found.lines.into_iter().chain([format!("body {name}: {}", stands.text)]));
             report.warnings.extend(found.warnings.into_iter().chain(axle));
         }
-        if wanted(job) {
-            let found = foreseen(job, &placed.interface()?)?;
-            report.lines.extend(found.lines);
-            report.warnings.extend(found.warnings);
+        let mut touching = placed.lines();
+        for (number, contact) in job.contact.iter().flat_map(Contact::all).enumerate() {
+            let at = super::wheel_rail_geometry::Placed::at_contact(job, contact)?;
+            at.refuse_sections(job)?;
+            if number > 0 {
+                touching.push(format!("contact {}:", number + 1));
+                touching.extend(at.lines());
+            }
+            if wanted(job) {
+                let found = foreseen_at((job, contact), &at.interface()?)?;
+                report.lines.extend(found.lines);
+                report.warnings.extend(found.warnings);
+            }
         }
-        report.lines.splice(0..0, placed.lines());
+        report.lines.splice(0..0, touching);
         let carried = super::absorbers::of_job(job)?;
         report.lines.splice(0..0, super::swept::inertia(job)?.into_iter().chain(carried.lines));
         report.warnings.extend(carried.warnings);
-        report
-            .warnings
-            .splice(0..0, placed.warnings().into_iter().chain(super::wheel_rail_geometry::noise(job, &placed)));
+        let one = job.contact.as_ref().is_some_and(|c| c.places == ContactPlaces::One);
+        let left_out = if one { placed.warnings() } else { Vec::new() };
+        report.warnings.splice(0..0, left_out.into_iter().chain(super::wheel_rail_geometry::noise(job, &placed)));
         return Ok(report);
     }
     if job.is_swept() {
@@ -248,7 +257,12 @@ fn wanted(job: &Job) -> bool {
 
 /// The contact on a grid. The own point of a sweep may fail: the others are computed all the same.
 fn foreseen(job: &Job, s: &Interface) -> Result<PreflightReport> {
-    match contact(job, s) {
+    job.contact.as_ref().map_or(Ok(PreflightReport::default()), |contact| foreseen_at((job, contact), s))
+}
+
+/// The same of one of its contacts.
+fn foreseen_at((job, at): (&Job, &Contact), s: &Interface) -> Result<PreflightReport> {
+    match contact((job, at), s) {
         Err(e) if job.sweep.is_some() => {
             Ok(PreflightReport { lines: Vec::new(), warnings: vec![e.message().to_owned()] })
         }
@@ -257,10 +271,8 @@ fn foreseen(job: &Job, s: &Interface) -> Result<PreflightReport> {
 }
 
 /// The contact on a grid.
-pub(crate) fn contact(job: &Job, s: &Interface) -> Result<PreflightReport> {
-    let Some(Load::Normal(load)) = job.contact.as_ref().map(|c| c.load()) else {
-        return Ok(PreflightReport::default());
-    };
+pub(crate) fn contact((job, at): (&Job, &Contact), s: &Interface) -> Result<PreflightReport> {
+    let Load::Normal(load) = at.load() else { return Ok(PreflightReport::default()) };
     let coarse = thinned(s)?;
     // Of the normal compliance, which is all that counts here, both bodies have the sum.
     let mut compliance = 0.0;
@@ -291,7 +303,7 @@ pub(crate) fn contact(job: &Job, s: &Interface) -> Result<PreflightReport> {
              elements of {size:.1e} m at the contact would do"
         ));
     }
-    report.warnings.extend(job.contact.as_ref().and_then(|c| coarse_for_spin(creepage(c), s, lowest, found.half)));
+    report.warnings.extend(coarse_for_spin(creepage(at), s, lowest, found.half));
     Ok(report)
 }
 

@@ -50,6 +50,17 @@ pub struct At {
     pub tilt: Option<f64>,
 }
 
+/// A contact on a rail.
+#[derive(Debug, Clone)]
+pub struct RailContact {
+    /// Its place; none: where the job says.
+    pub at: Option<At>,
+    /// Lines of its grid along x and y, m; none where no analysis looks at the contact.
+    pub lines: Option<[Vec<f64>; 2]>,
+    /// Distance x along the rail from the first contact, m.
+    pub along: f64,
+}
+
 /// The rail of a body.
 pub fn extruded(body: &job::Body) -> Option<&Extruded> {
     match &body.mesh {
@@ -232,17 +243,17 @@ fn planned<'a>(
     world: &World,
     job: &Job,
     (name, body): (&str, &job::Body),
-    at: Option<At>,
-    grid: Option<[&'a [f64]; 2]>,
+    contacts: &'a [RailContact],
 ) -> Result<Planned<'a>> {
     let missing = || Error::Defect("a rail is asked for of a body that is none".into());
     let extruded = extruded(body).ok_or_else(missing)?;
     let track = body.track.clone().unwrap_or_default();
     let m = body.elastic()?;
     let material = Material { young: m.young, poisson: m.poisson, density: m.density };
-    let at = at.unwrap_or_else(|| given(extruded));
+    let at = contacts.first().and_then(|c| c.at).unwrap_or_else(|| given(extruded));
     // A file is read by every rank, and may be there for some of them only.
-    let section = world.agree(section(extruded, at).map_err(|e| e.context(format!("bodies.{name}.mesh.extruded"))))?;
+    let section_at = |at: At| section(extruded, at).map_err(|e| e.context(format!("bodies.{name}.mesh.extruded")));
+    let section = world.agree(section_at(at))?;
     let beam = |lateral| section.beam(material, lateral, track.loss_factor);
     let beams = [(0, beam(false)?), (2, beam(true)?)];
     let beam = beams[0].1;
@@ -257,6 +268,19 @@ fn planned<'a>(
     }
     let bays = bays(&track, &laid, period);
     let angle = section.contact().angle;
+    let mut specs = Vec::new();
+    for (number, contact) in contacts.iter().enumerate() {
+        let Some([x, y]) = &contact.lines else { continue };
+        let own = ContactSpec::own([x, y], at.tilt.unwrap_or(angle));
+        specs.push(match contact.at.filter(|_| number > 0) {
+            None => own,
+            Some(there) => {
+                let place = world.agree(section_at(there))?.contact();
+                let tilt = there.tilt.unwrap_or(place.angle);
+                ContactSpec { tilt, place: Some(place), along: contact.along, ..own }
+            }
+        });
+    }
     let making = RailSpec {
         section,
         material,
@@ -265,22 +289,20 @@ fn planned<'a>(
         track: if bays.is_some() { Track { sleeper: None, ..laid } } else { laid },
         bays,
         damping: Damping { loss: track.loss_factor, ends },
-        contacts: grid.map(|lines| ContactSpec::own(lines, at.tilt.unwrap_or(angle))).into_iter().collect(),
+        contacts: specs,
         tilt: at.tilt,
     };
     Ok(Planned { making, beam, laid })
 }
 
-/// The rail `name` with the contact at a place of its head, or where the job says, on the lines `grid` of the
-/// contact, m.
+/// The rail `name` with its contacts.
 pub fn make<'w>(
     world: &'w World,
     job: &Job,
     body: (&str, &job::Body),
-    at: Option<At>,
-    grid: Option<[&[f64]; 2]>,
+    contacts: &[RailContact],
 ) -> Result<RailBody<'w>> {
-    RailBody::new(world, body.0, planned(world, job, body, at, grid)?.making)
+    RailBody::new(world, body.0, planned(world, job, body, contacts)?.making)
 }
 
 /// The rail of [`make`], told in the summary.
@@ -288,9 +310,9 @@ pub(crate) fn told<'w>(
     (world, summary): (&'w World, &mut Summary),
     job: &Job,
     body: (&str, &job::Body),
-    (at, grid): (Option<At>, Option<[&[f64]; 2]>),
+    contacts: &[RailContact],
 ) -> Result<RailBody<'w>> {
-    let Planned { making, beam, laid } = planned(world, job, body, at, grid)?;
+    let Planned { making, beam, laid } = planned(world, job, body, contacts)?;
     let dashpots = making.damping.ends.filter(|ends| ends.along > 0.0);
     let from = dashpots.map(|ends| endless_along(&beam, &laid, &ends));
     let rail = RailBody::new(world, body.0, making)?;

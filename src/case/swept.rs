@@ -12,7 +12,7 @@ use crate::parallel::World;
 use crate::placement::Seat;
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::swept::{Cylinder, Drawn, EdgeSprings, Given, Path, SectionLayer, Wheel, WheelShape};
+use crate::swept::{Cylinder, Drawn, EdgeSprings, Given, Path, RunningPlace, SectionLayer, Wheel, WheelShape};
 use crate::{Error, Result};
 use std::rc::Rc;
 
@@ -131,11 +131,19 @@ fn held(body: &job::Body, section: &crate::swept::Section) -> Result<()> {
     Ok(())
 }
 
+/// Distance of a seat from the running circle towards the flange, m: a right-hand wheel has its flange at −y.
+fn offset(seat: Seat, side: job::TrackSide) -> f64 {
+    if side == job::TrackSide::Right {
+        -seat.y
+    } else {
+        seat.y
+    }
+}
+
 /// Position of the contact on the section of a wheel or a rail: the wheel at a seat, on a side of the track.
 fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<Given> {
-    // A right-hand wheel has its flange at −y.
     let right = side == job::TrackSide::Right;
-    let offset = if right { -seat.y } else { seat.y };
+    let offset = offset(seat, side);
     match section(body)? {
         Given::Wheel(wheel) => Ok(Given::Wheel(Wheel { offset, height: Some(seat.z), mirrored: right, ..wheel })),
         Given::Drawn { drawn, .. } => Ok(Given::Drawn { drawn, offset, mirrored: right }),
@@ -148,16 +156,26 @@ pub(crate) fn touched(body: &job::Body, seat: Seat, side: job::TrackSide) -> Res
     section_at(body, seat, side)?.for_modes().map(|_| ())
 }
 
-/// A body of a section, with lines of the contact grid and the tilt of its frame.
+/// A contact on a wheel.
+#[derive(Debug, Clone)]
+pub(crate) struct WheelContact {
+    /// Its place on the profile.
+    pub seat: Seat,
+    /// Lines of its grid along x and y, m; none where no analysis looks at the contact.
+    pub lines: Option<[Vec<f64>; 2]>,
+    /// Angle about the axle from the first contact, in the direction of x, rad.
+    pub along: f64,
+}
+
+/// A body of a section with its `contacts`, shown in a frame of the angle `tilt`, rad.
 fn made<'p>(
     (world, summary): (&'p World, &mut Summary),
     (name, body): (&str, &job::Body),
     section: Given,
-    (grid, tilt): (Option<[&[f64]; 2]>, f64),
+    (contacts, tilt): (&[ContactSpec<RunningPlace>], f64),
 ) -> Result<Swept<'p>> {
     let (material, springs) = (material_of(body)?, springs(body));
     let carried = absorbers::carried(name, body, &section)?;
-    let contacts: Vec<ContactSpec<_>> = grid.map(|lines| ContactSpec::own(lines, tilt)).into_iter().collect();
     let making = RevolvedSpec {
         section,
         material,
@@ -165,7 +183,7 @@ fn made<'p>(
         springs: &springs,
         attachments: &carried.attachments,
         rotates: body.rotates(),
-        contacts: &contacts,
+        contacts,
         tilt,
     };
     let swept = Swept::new(world, name, making)?;
@@ -201,14 +219,23 @@ fn springs(body: &job::Body) -> Vec<EdgeSprings> {
     body.supports.iter().map(one).collect()
 }
 
-/// The wheel `body` of a placement, on the same grid on every rank.
+/// The wheel `body` of a placement on a side of the track with its contacts, the same on every rank.
 pub(crate) fn wheel<'p>(
     told: (&'p World, &mut Summary),
     (name, body): (&str, &job::Body),
-    (seat, side): (Seat, job::TrackSide),
-    grid: Option<[&[f64]; 2]>,
+    side: job::TrackSide,
+    contacts: &[WheelContact],
 ) -> Result<Swept<'p>> {
-    made(told, (name, body), section_at(body, seat, side)?, (grid, seat.tilt))
+    let first = contacts.first().ok_or_else(|| Error::Defect("a wheel of a placement without a contact".into()))?;
+    let mut specs = Vec::new();
+    for (number, contact) in contacts.iter().enumerate() {
+        let Some([x, y]) = &contact.lines else { continue };
+        let WheelContact { seat, along, .. } = *contact;
+        let own = ContactSpec::own([&x[..], &y[..]], seat.tilt);
+        let place = RunningPlace { y: offset(seat, side), height: Some(seat.z) };
+        specs.push(if number == 0 { own } else { ContactSpec { place: Some(place), along, ..own } });
+    }
+    made(told, (name, body), section_at(body, first.seat, side)?, (&specs, first.seat.tilt))
 }
 
 /// The contact grid of a body in lower form; none of a job without contact.
@@ -277,14 +304,17 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
         if same && i == 1 {
             summary.line(format!("body {name}: the mirror image of the lower one, computed once"));
         } else if rail::extruded(body).is_some() {
-            let lines = grid.as_ref().map(|g| [&g.x[..], &g.y[..]]);
-            bodies.unique.push(Box::new(rail::told((world, summary), job, (name, body), (None, lines))?));
+            let lines = grid.as_ref().map(|g| [g.x.clone(), g.y.clone()]);
+            let contact = rail::RailContact { at: None, lines, along: 0.0 };
+            bodies.unique.push(Box::new(rail::told((world, summary), job, (name, body), &[contact])?));
         } else {
             let lines = grid.as_ref().map(|g| [&g.x[..], &g.y[..]]);
-            bodies.unique.push(Box::new(made((world, summary), (name, body), section(body)?, (lines, 0.0))?));
+            let contacts: Vec<_> = lines.map(|lines| ContactSpec::own(lines, 0.0)).into_iter().collect();
+            bodies.unique.push(Box::new(made((world, summary), (name, body), section(body)?, (&contacts, 0.0))?));
         }
         let grid = grid.filter(|_| world.is_root());
-        bodies.places.push(super::bodies::Place::meshless((name, side), bodies.unique.len() - 1, grid, material));
+        let grids = grid.into_iter().collect();
+        bodies.places.push(super::bodies::Place::meshless((name, side), bodies.unique.len() - 1, grids, material));
     }
     Ok(bodies)
 }

@@ -17,7 +17,8 @@ use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::placement::read::{read, ProfileKind, Reading, Vertical};
 use crate::placement::{
-    self, builtin, finer_grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position, Press, Seat,
+    self, builtin, finer_grid_lines, tight_grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position,
+    Press, Seat,
 };
 use crate::progress::Progress;
 use crate::summary::Summary;
@@ -44,19 +45,39 @@ pub struct Placed {
 }
 
 impl Placed {
-    /// The wheel of `job` on its rail. For one rank: it reads the files of the profiles.
+    /// The wheel of `job` on its rail, at its first contact. For one rank: it reads the files of the profiles.
     pub fn of(job: &Job) -> Result<Self> {
-        Self::resolve(job).map_err(|e| match unsmoothed(job) {
+        let contact = job.contact.as_ref().ok_or_else(|| missing("a contact"))?;
+        Self::at_contact(job, contact)
+    }
+
+    /// The same at a `contact` of the job.
+    pub fn at_contact(job: &Job, contact: &job::Contact) -> Result<Self> {
+        Self::resolve(job, contact).map_err(|e| match unsmoothed(job) {
             Some(hint) if e.message().starts_with("contact.placement") => e.with(hint),
             _ => e,
         })
     }
 
-    fn resolve(job: &Job) -> Result<Self> {
-        let missing = || Error::Defect("a placement is asked for of a job without one".into());
-        let (Some(contact), Some(given)) = (&job.contact, job.placement()) else { return Err(missing()) };
-        let (lower, upper) =
-            (job.bodies.lower.as_ref().ok_or_else(missing)?, job.bodies.upper.as_ref().ok_or_else(missing)?);
+    /// The wheel of `job` at each of its contacts. For one rank.
+    pub fn all(job: &Job) -> Result<Vec<Self>> {
+        let contacts = job.contact.iter().flat_map(job::Contact::all);
+        let mut all = contacts.map(|one| Self::at_contact(job, one)).collect::<Result<Vec<_>>>()?;
+        if job.contact.as_ref().is_some_and(|c| c.vertical_load.is_some()) {
+            // One wheel comes down on all of them: those that do not touch first are open by their distance then.
+            let first = all.iter().map(|one| one.placed.height()).fold(f64::INFINITY, f64::min);
+            for one in &mut all {
+                let open = (one.placed.height() - first) * one.frame.angle().cos();
+                one.gap.gap.iter_mut().for_each(|gap| *gap += open);
+            }
+        }
+        Ok(all)
+    }
+
+    fn resolve(job: &Job, contact: &job::Contact) -> Result<Self> {
+        let given = contact.placement.as_ref().ok_or_else(|| missing("a placement"))?;
+        let body = |of: &'_ Option<job::Body>| of.clone().ok_or_else(|| missing("a body"));
+        let (lower, upper) = (&body(&job.bodies.lower)?, &body(&job.bodies.upper)?);
         let mut notes = Vec::new();
         let wheel = profile(upper, ProfileKind::Wheel, &mut notes)?;
         let rail = profile(lower, ProfileKind::Rail, &mut notes)?;
@@ -85,8 +106,10 @@ impl Placed {
         let creepage =
             Creepage { longitudinal: creepages.longitudinal, lateral: creepages.lateral, spin: creepages.spin };
         let spacings = if creepage.is_ruled_by_spin(ellipse.semi_axes) { SPIN_SPACINGS } else { 0.0 };
+        let several = job.contact.as_ref().is_some_and(|c| !c.further.is_empty());
+        let lines = if several { tight_grid_lines } else { finer_grid_lines };
         for _ in 0..GROWN {
-            let [x, y] = finer_grid_lines(extent, spacings);
+            let [x, y] = lines(extent, spacings);
             let gap = placed.gap(&frame, &x, &y).map_err(named)?;
             let beside = overlap(&gap, ellipse.approach);
             if beside == [false; 2] {
@@ -109,10 +132,11 @@ impl Placed {
         self.gap.gap.len()
     }
 
-    /// Longitudinal and lateral creepage, 1, spin, 1/m, and rolling speed, m/s.
-    pub fn motion(&self) -> [f64; 4] {
+    /// Longitudinal and lateral creepage, 1, spin, 1/m, rolling speed, m/s, and contact angle δ, rad, positive where
+    /// the rail falls to the right.
+    pub fn motion(&self) -> [f64; 5] {
         let c = &self.creepages;
-        [c.longitudinal, c.lateral, c.spin, c.speed]
+        [c.longitudinal, c.lateral, c.spin, c.speed, self.frame.angle()]
     }
 
     /// The grid with the gap.
@@ -171,12 +195,13 @@ impl Placed {
     }
 
     /// The `contact` of a job with the creepages of this wheel.
-    fn filled(contact: &job::Contact, [longitudinal, lateral, spin, speed]: [f64; 4]) -> job::Contact {
+    fn filled(contact: &job::Contact, [longitudinal, lateral, spin, speed, angle]: [f64; 5]) -> job::Contact {
         let track =
             contact.placement.as_ref().map(|p| job::Placement { speed: p.speed.or(Some(contact.speed)), ..p.clone() });
         job::Contact {
             creepage: job::Creepage { longitudinal, lateral, spin },
             speed,
+            angle,
             placement: track,
             ..contact.clone()
         }
@@ -265,22 +290,29 @@ impl Placed {
             .collect()
     }
 
-    /// The group `/placement`.
-    fn tables(&self) -> Vec<Table> {
+    /// The group `/placement`, or that of a further contact with the `number` from 0.
+    fn tables(&self, number: usize) -> Vec<Table> {
         let touch = self.placed.touch();
         let c = &self.creepages;
-        datasets::placement::tables(&datasets::placement::PlacementResult {
-            touch: [touch.wheel, touch.rail],
-            origin: self.frame.origin(),
-            angles: [touch.angle, self.frame.angle()],
-            radius: touch.radius,
-            curvatures: self.placed.curvatures().relative,
-            semi_axes: self.ellipse.semi_axes,
-            creepages: [c.longitudinal, c.lateral, c.spin],
-            speed: c.speed,
-            lines: [self.placed.rail_line(DRAWN), self.placed.wheel_line(DRAWN)],
-        })
+        datasets::placement::tables(
+            number,
+            &datasets::placement::PlacementResult {
+                touch: [touch.wheel, touch.rail],
+                origin: self.frame.origin(),
+                angles: [touch.angle, self.frame.angle()],
+                radius: touch.radius,
+                curvatures: self.placed.curvatures().relative,
+                semi_axes: self.ellipse.semi_axes,
+                creepages: [c.longitudinal, c.lateral, c.spin],
+                speed: c.speed,
+                lines: [self.placed.rail_line(DRAWN), self.placed.wheel_line(DRAWN)],
+            },
+        )
     }
+}
+
+fn missing(what: &str) -> Error {
+    Error::Defect(format!("a wheel is placed on its rail by a job without {what}"))
 }
 
 /// Returns whether undeformed bodies that have approached each other by `approach` (m) overlap on the border of the
@@ -322,7 +354,7 @@ pub(super) fn noise(job: &Job, placed: &Placed) -> Option<String> {
             _ => {}
         }
     }
-    let smoothed = Placed::resolve(&job).ok()?.ellipse.pressure;
+    let smoothed = Placed::resolve(&job, job.contact.as_ref()?).ok()?.ellipse.pressure;
     let pressure = placed.ellipse.pressure;
     ((pressure / smoothed).ln().abs() > NOISY).then(|| {
         format!(
@@ -362,7 +394,7 @@ pub(super) fn profile(body: &job::Body, kind: ProfileKind, notes: &mut Vec<Strin
     }
 }
 
-fn description(given: &job::Placement) -> Placement {
+pub(super) fn description(given: &job::Placement) -> Placement {
     let &job::Placement { radius, gauge, gauge_depth, cant, circles, lateral, yaw, roll, .. } = given;
     Placement {
         side: match given.side {
@@ -386,12 +418,17 @@ fn description(given: &job::Placement) -> Placement {
 pub(crate) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
     let mut settled = job.clone();
     super::curving::settle(world, &mut settled)?;
+    super::contact_places::settle(world, &mut settled)?;
     let job = &settled;
     let (Some(contact), Some(_)) = (&job.contact, job.placement()) else { return Ok(None) };
-    let found = world.on_root(|| Ok(Placed::of(job)?.motion().to_vec()))?;
+    let found = world.on_root(|| Ok(Placed::all(job)?.iter().flat_map(Placed::motion).collect::<Vec<_>>()))?;
     let found = world.broadcast(found.unwrap_or_default());
-    let numbers = [0, 1, 2, 3].map(|i| found.get(i).copied().unwrap_or_default());
-    let filled = Job { contact: Some(Placed::filled(contact, numbers)), ..job.clone() };
+    let mut all = contact.all().zip(found.chunks_exact(5)).map(|(one, motion)| {
+        let motion = [0, 1, 2, 3, 4].map(|i| motion[i]);
+        Placed::filled(&job::Contact { further: Vec::new(), ..one.clone() }, motion)
+    });
+    let first = all.next().ok_or_else(|| Error::Defect("a placement without a contact".into()))?;
+    let filled = Job { contact: Some(job::Contact { further: all.collect(), ..first }), ..job.clone() };
     // The slip is known only now.
     job::range(&filled)?;
     Ok(Some(filled))
@@ -407,23 +444,28 @@ pub(crate) fn build<'p>(
 ) -> Result<Bodies<'p>> {
     let world = petsc.world();
     progress.stage("placing the wheel");
-    let placed = world.on_root(|| Placed::of(job))?;
-    for line in placed.iter().flat_map(Placed::lines) {
-        summary.line(line);
+    let placed = world.on_root(|| Placed::all(job))?.unwrap_or_default();
+    for (number, one) in placed.iter().enumerate() {
+        if placed.len() > 1 {
+            summary.line(format!("contact {} of {}", number + 1, placed.len()));
+        }
+        one.lines().into_iter().for_each(|line| summary.line(line));
     }
     let moves = job.bodies().iter().any(|(_, body)| body.mesh.is_some());
-    let lines = |of: fn(&Gap) -> &Vec<f64>| world.broadcast(placed.as_ref().map_or(Vec::new(), |p| of(&p.gap).clone()));
-    let (x, y) = (lines(|g| &g.x), lines(|g| &g.y));
-    let seats = seats(world, placed.as_ref())?;
+    let sites = ContactSite::all(world, &placed)?;
+    let first = sites.first().ok_or_else(|| missing("a contact"))?;
+    let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
+    let touched = !job.analyses.on_contact().is_empty();
     let mut bodies = Bodies::none();
     for (name, body) in job.bodies() {
         let side = Side::named(name).unwrap_or(Side::Lower);
-        let stands = match (&placed, &body.mesh) {
+        let stands = match (placed.first(), &body.mesh) {
             (Some(placed), Some(MeshSource::File(_))) => Some(placed.standing(job, meshes, name, body)),
             _ => None,
         };
         let stands = world.agree(stands.transpose())?;
-        let on_grid = placed.as_ref().map(|p| p.grid(side, stands.as_ref().map(|s| s.transfer.clone())));
+        let transfer = stands.as_ref().map(|s| s.transfer.clone());
+        let grids: Vec<ContactGrid> = placed.iter().map(|p| p.grid(side, transfer.clone())).collect();
         if matches!(body.mesh, Some(MeshSource::File(_))) {
             let distance = world.broadcast(stands.as_ref().map_or(Vec::new(), |s| vec![s.axle]));
             let axis = distance.first().filter(|_| body.rotates()).map(|&d| Axis::below(d));
@@ -431,40 +473,43 @@ pub(crate) fn build<'p>(
                 summary.line(format!("body {name}: {}", stands.text));
             }
             progress.stage(format!("distribution and assembly, body {name}"));
-            let mesh = (stands.as_ref().map(|s| &s.mesh), on_grid.as_ref());
+            let mesh = (stands.as_ref().map(|s| &s.mesh), grids.first());
             bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), mesh, axis)?));
         } else if moves {
-            let grid = Some([&x[..], &y[..]]).filter(|_| !job.analyses.on_contact().is_empty());
             bodies.unique.push(match &body.mesh {
                 Some(MeshSource::Extruded(_)) => {
-                    let seat = seats[side.index()];
-                    let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
-                    let at = on_rail(seat, track);
-                    Box::new(rail::told((world, summary), job, (name, body), (Some(at), grid))?)
+                    let on = |site: &'_ ContactSite| rail::RailContact {
+                        at: Some(on_rail(site.seats[side.index()], track)),
+                        lines: touched.then(|| site.lines.clone()),
+                        along: first.ahead - site.ahead,
+                    };
+                    let contacts: Vec<rail::RailContact> = sites.iter().map(on).collect();
+                    Box::new(rail::told((world, summary), job, (name, body), &contacts)?)
                 }
                 Some(MeshSource::Revolved(_)) => {
-                    let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
-                    let seat = (seats[side.index()], track);
-                    Box::new(super::swept::wheel((world, summary), (name, body), seat, grid)?)
+                    let on = |site: &'_ ContactSite| super::swept::WheelContact {
+                        seat: site.seats[side.index()],
+                        lines: touched.then(|| site.lines.clone()),
+                        along: (first.ahead - site.ahead) / site.radius,
+                    };
+                    let contacts: Vec<super::swept::WheelContact> = sites.iter().map(on).collect();
+                    Box::new(super::swept::wheel((world, summary), (name, body), track, &contacts)?)
                 }
                 _ => {
                     let m = body.elastic()?;
+                    let grid = Some([&first.lines[0][..], &first.lines[1][..]]).filter(|_| touched);
                     Box::new(HalfSpaceBody::new(world, name, HalfSpace { young: m.young, poisson: m.poisson }, grid))
                 }
             });
         }
         let index = bodies.unique.len().saturating_sub(1);
-        let laid = world.on_root(|| match (&stands, &on_grid) {
-            (Some(s), Some(grid)) if job.output.fields => beside_nodes(&s.mesh, grid, seats[side.index()].tilt),
+        let laid = world.on_root(|| match (&stands, grids.first()) {
+            (Some(s), Some(grid)) if job.output.fields => beside_nodes(&s.mesh, grid, first.seats[side.index()].tilt),
             _ => Ok(Vec::new()),
         })?;
         let laid = laid.unwrap_or_default();
         let checksum = stands.map(|s| s.mesh.checksum()).unwrap_or_default();
-        bodies.places.push(Place {
-            checksum,
-            laid,
-            ..Place::meshless((name, side), index, on_grid, material_of(body)?)
-        });
+        bodies.places.push(Place { checksum, laid, ..Place::meshless((name, side), index, grids, material_of(body)?) });
     }
     Ok(bodies)
 }
@@ -474,26 +519,49 @@ fn on_rail(seat: Seat, side: job::TrackSide) -> rail::At {
     rail::At { y: seat.y, z: Some(seat.z), right: side == job::TrackSide::Right, tilt: Some(seat.tilt) }
 }
 
-/// Collective: where the contact is on the rail and on the wheel, known on rank 0.
-fn seats(world: &World, placed: Option<&Placed>) -> Result<[Seat; 2]> {
-    let found = world.on_root(|| {
-        let missing = || Error::Defect("a placement is asked for that is not there".into());
-        let placed = placed.ok_or_else(missing)?;
-        placed.placed.seats(&placed.frame).map_err(|e| e.context("contact.placement"))
-    })?;
-    let numbers = found.map_or(Vec::new(), |seats| seats.iter().flat_map(|s| [s.y, s.z, s.tilt]).collect());
-    let numbers = world.broadcast(numbers);
-    let seat = |i: usize| {
-        let [y, z, tilt] = [0, 1, 2].map(|k| numbers.get(3 * i + k).copied().unwrap_or(0.0));
-        Seat { y, z, tilt }
-    };
-    Ok([seat(0), seat(1)])
+/// A contact of a wheel on its rail, known on every rank.
+struct ContactSite {
+    /// Place of its frame on the rail and on the wheel.
+    seats: [Seat; 2],
+    /// Lines of its grid along x and y, m.
+    lines: [Vec<f64>; 2],
+    /// Distance of its frame ahead of the axle, m.
+    ahead: f64,
+    /// Rolling radius, m.
+    radius: f64,
 }
 
-/// On rank 0: the tables of the placement of `job`, after the contact was found not to reach the end of a profile:
-/// `closed` tells its nodes.
+impl ContactSite {
+    /// Collective: the contacts that rank 0 has `placed`.
+    fn all(world: &World, placed: &[Placed]) -> Result<Vec<Self>> {
+        let seats = |p: &Placed| p.placed.seats(&p.frame).map_err(|e| e.context("contact.placement"));
+        let numbers = world.on_root(|| {
+            let of = |p: &Placed| -> Result<Vec<f64>> {
+                let seats = seats(p)?.into_iter().flat_map(|s| [s.y, s.z, s.tilt]);
+                Ok(seats.chain([p.frame.origin()[0], p.placed.touch().radius]).collect())
+            };
+            Ok(placed.iter().map(of).collect::<Result<Vec<_>>>()?.concat())
+        })?;
+        let numbers = world.broadcast(numbers.unwrap_or_default());
+        let site = |(k, of): (usize, &[f64])| {
+            let seat = |i: usize| Seat { y: of[3 * i], z: of[3 * i + 1], tilt: of[3 * i + 2] };
+            let lines =
+                |of: fn(&Gap) -> &Vec<f64>| world.broadcast(placed.get(k).map_or(Vec::new(), |p| of(&p.gap).clone()));
+            let lines = [lines(|g| &g.x), lines(|g| &g.y)];
+            Self { seats: [seat(0), seat(1)], lines, ahead: of[6], radius: of[7] }
+        };
+        Ok(numbers.chunks_exact(8).enumerate().map(site).collect())
+    }
+}
+
+/// On rank 0: the tables of the placement of `job`, after its contacts were found not to reach the end of a profile:
+/// `closed` tells the nodes, those of all contacts one after the other.
 pub(crate) fn tables(job: &Job, closed: impl Fn(usize) -> bool) -> Result<Vec<Table>> {
-    let placed = Placed::of(job)?;
-    placed.refuse_edge(closed)?;
-    Ok(placed.tables())
+    let (mut all, mut first) = (Vec::new(), 0);
+    for (number, placed) in Placed::all(job)?.iter().enumerate() {
+        placed.refuse_edge(|node| closed(first + node))?;
+        all.extend(placed.tables(number));
+        first += placed.nodes();
+    }
+    Ok(all)
 }

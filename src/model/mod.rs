@@ -74,6 +74,7 @@ impl ReducedModel {
         let mut parts: Vec<Option<ContactTrace>> = parts.into_iter().map(Some).collect();
         let (mut bodies, mut at_rest) = (Vec::new(), Vec::new());
         let (mut own, mut rotation) = ([IntrinsicDamping::default(), IntrinsicDamping::default()], [None, None]);
+        let one = interface.patches.len() == 1;
         for side in Side::BOTH.into_iter().take(if alike { 1 } else { 2 }) {
             let part = parts.get_mut(place[side.index()]).ok_or_else(missing)?;
             let part = if twice && side == Side::Lower { part.clone() } else { part.take() };
@@ -90,7 +91,8 @@ impl ReducedModel {
                 ReducedBody { reach: modes.reach, names, ..ReducedBody::new(modes.omega, damping, rows, compliance) };
             let speed = job.angular_velocity(side.name());
             rotation[side.index()] = modes.rotation;
-            let rest = rotation[side.index()].as_ref().map(|_| body.compliance.clone());
+            // Only one contact is kept in result files.
+            let rest = rotation[side.index()].as_ref().filter(|_| one).map(|_| body.compliance.clone());
             bodies.push(match &rotation[side.index()] {
                 Some(rotation) => turning(body, rotation, speed),
                 None => body,
@@ -103,13 +105,17 @@ impl ReducedModel {
         }
         let place = [0, if alike { 0 } else { 1 }];
         let mut model = Self { own, rotation, at_rest, ..Self::new(interface, bodies, place)? };
+        if !one {
+            // The matrices are large, and nothing looks at those of single bodies any more.
+            model.bodies.iter_mut().for_each(|body| body.compliance = Mat::zeros(0, 0));
+        }
         if job.is_loaded() {
-            let patch = model.interface.single("a state of rest under the load of the placement")?;
-            let [lower, upper] = given.map(|body| {
+            let half_space = |body: Option<&job::Body>| -> Result<HalfSpace> {
                 let m = body.ok_or_else(missing)?.elastic()?;
-                HalfSpace { young: m.young, poisson: m.poisson }.compliance(&patch.x, &patch.y)
-            });
-            model.pair.local = Some(combined_compliance(lower?.as_ref(), upper?.as_ref())?);
+                Ok(HalfSpace { young: m.young, poisson: m.poisson })
+            };
+            let [lower, upper] = given.map(half_space);
+            model.pair.local = Some(local(&model.interface, [lower?, upper?])?);
         }
         Ok(model)
     }
@@ -140,6 +146,23 @@ impl ReducedModel {
         }
         Ok(pair)
     }
+}
+
+/// Influence of each patch of half-spaces on itself, m/N, `[3n, 3n]`; patches have none on each other.
+fn local(interface: &Interface, [lower, upper]: [HalfSpace; 2]) -> Result<Mat<f64>> {
+    let own = |patch: &ContactPatch| {
+        let [lower, upper] = [lower, upper].map(|half_space| half_space.compliance(&patch.x, &patch.y));
+        combined_compliance(lower?.as_ref(), upper?.as_ref())
+    };
+    if let Some(patch) = interface.only() {
+        return own(patch);
+    }
+    let mut all = Mat::zeros(3 * interface.len(), 3 * interface.len());
+    for patch in &interface.patches {
+        let (first, rows) = (3 * patch.first, 3 * patch.len());
+        all.as_mut().submatrix_mut(first, first, rows, rows).copy_from(own(patch)?);
+    }
+    Ok(all)
 }
 
 /// The bodies of a job, lower first.

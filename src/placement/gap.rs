@@ -6,8 +6,10 @@ use super::profile::Profile;
 use super::touch::Pair;
 use crate::{Error, Result};
 
-/// Half the extent of a grid over that of the ellipse it is for.
+/// Half the extent of a grid over that of the ellipse it is for; and where there are several, whose influence on each
+/// other takes the square of their nodes.
 const MARGIN: f64 = 1.7;
+const TIGHT_MARGIN: f64 = 1.4;
 
 /// Spacings of a grid over the smaller semi-axis.
 const SPACINGS: f64 = 8.0;
@@ -53,10 +55,20 @@ pub fn grid_lines(extent: [f64; 2]) -> [Vec<f64>; 2] {
 
 /// The same with at least so many `spacings` in the smaller extent.
 pub fn finer_grid_lines(extent: [f64; 2], spacings: f64) -> [Vec<f64>; 2] {
+    lines_within(extent, spacings, MARGIN)
+}
+
+/// The same over ±1.4 of the extents: of one of several grids.
+pub fn tight_grid_lines(extent: [f64; 2], spacings: f64) -> [Vec<f64>; 2] {
+    lines_within(extent, spacings, TIGHT_MARGIN)
+}
+
+fn lines_within(extent: [f64; 2], spacings: f64, margin: f64) -> [Vec<f64>; 2] {
     let spacing = extent[0].min(extent[1]) / spacings.max(SPACINGS);
+    let most = (LINES as f64 * margin / MARGIN).round() as i64;
     extent.map(|half| {
-        let n = (MARGIN * half / spacing).ceil() as i64;
-        let (n, spacing) = if n > LINES { (LINES, MARGIN * half / LINES as f64) } else { (n, spacing) };
+        let n = (margin * half / spacing).ceil() as i64;
+        let (n, spacing) = if n > most { (most, margin * half / most as f64) } else { (n, spacing) };
         (-n..=n).map(|i| i as f64 * spacing).collect()
     })
 }

@@ -54,7 +54,7 @@ mod touch;
 
 use crate::{Error, Result};
 pub use frame::{Creepages, Frame, Motion};
-pub use gap::{finer_grid_lines, grid_lines, Gap};
+pub use gap::{finer_grid_lines, grid_lines, tight_grid_lines, Gap};
 pub use hertz::{Ellipse, Press};
 pub use places::{ContactPlace, MovableWheel};
 use pose::Wheel;
@@ -515,6 +515,12 @@ impl Placed {
         let wheel = &self.pair.wheel;
         let points = wheel.profile.nodes(step).into_iter().filter_map(|y| wheel.lowest(y));
         points.map(|l| [self.side.sign() * l.point[1], l.point[2]]).collect()
+    }
+
+    /// Height by which the wheel was lowered from that of a running circle on the tops of the rails until it touched,
+    /// m: what places of one wheel differ by is their vertical distance when the first one touches.
+    pub fn height(&self) -> f64 {
+        self.pair.wheel.height
     }
 
     /// Positions of the origin of a frame on the rail's and on the wheel's own drawings.

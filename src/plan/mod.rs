@@ -79,7 +79,10 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
             contact_nodes: m.contacts.len() as u64,
         });
     }
-    let placed = || Ok(crate::case::wheel_rail_geometry::Placed::of(job)?.nodes() as u64);
+    let placed = || {
+        let all = crate::case::wheel_rail_geometry::Placed::all(job)?;
+        Ok(all.iter().map(|one| one.nodes() as u64).sum())
+    };
     if body.profile.is_some() && !body.is_meshed() {
         let contact_nodes = placed()?;
         let [nodes, cells] = match &body.mesh {

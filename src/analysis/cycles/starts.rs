@@ -253,11 +253,11 @@ impl Walker<'_, '_> {
         let transient = search.transient()?;
         let rolling = search.rolling(&job, &transient)?;
         let ready = rolling.ready()?;
-        let (rest, settings) = ready.begin(&ready.model(search.model.1), &rolling)?;
+        let (rest, _) = ready.begin(&ready.model(search.model.1), &rolling)?;
         // The motion at which a node at the contact reaches the velocity of the creepage.
         let omega = mode.value.im.abs();
         let creepage = rolling.contact.creepage;
-        let creep = creepage.longitudinal.hypot(creepage.lateral) * settings.drive.speed;
+        let creep = creepage.longitudinal.hypot(creepage.lateral) * rolling.contact.speed;
         let amplitude = if creep > 0.0 { creep / omega } else { 100.0 * search.wanted.march.amplitude };
         let factor = scale(search.model.1, &mode.modal, amplitude);
         let turn = |z: &Complex64| if mode.value.im < 0.0 { z.conj() } else { *z };

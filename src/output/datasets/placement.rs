@@ -24,13 +24,14 @@ pub struct PlacementResult {
     pub lines: [Vec<[f64; 2]>; 2],
 }
 
-/// The tables of what was `found`.
-pub fn tables(found: &PlacementResult) -> Vec<Table> {
-    let scalar = |name: &str, units: &str, text: &str, value: f64| {
-        Table::scalar(&format!("/placement/{name}"), units, text, value)
-    };
+/// The tables of what was `found` of the contact `number`, from 0: further contacts have groups of their own,
+/// `/placement_2` and so on.
+pub fn tables(number: usize, found: &PlacementResult) -> Vec<Table> {
+    let group = if number == 0 { "/placement".to_owned() } else { format!("/placement_{}", number + 1) };
+    let scalar =
+        |name: &str, units: &str, text: &str, value: f64| Table::scalar(&format!("{group}/{name}"), units, text, value);
     let list = |name: &str, units: &str, text: &str, values: &[f64]| {
-        Table::list(&format!("/placement/{name}"), units, text, values.to_vec())
+        Table::list(&format!("{group}/{name}"), units, text, values.to_vec())
     };
     let mut tables = vec![
         scalar(
@@ -60,7 +61,7 @@ pub fn tables(found: &PlacementResult) -> Vec<Table> {
         scalar("tilt", "rad", "Angle of the frame of the contact.", found.angles[1]),
         scalar("rolling_radius", "m", "Rolling radius at first touch.", found.radius),
         Table::new(
-            "/placement/curvatures",
+            &format!("{group}/curvatures"),
             "1/m",
             "Second derivatives of the gap at first touch along x and y of the frame.",
             &[2, 2],
@@ -82,7 +83,7 @@ pub fn tables(found: &PlacementResult) -> Vec<Table> {
     ];
     for (name, line) in ["rail_line", "wheel_line"].into_iter().zip(&found.lines) {
         let text = "Points (y, z) of the line at first touch, in the track: y to the right, z down.";
-        tables.push(Table::new(&format!("/placement/{name}"), "m", text, &[line.len(), 2], line.concat()));
+        tables.push(Table::new(&format!("{group}/{name}"), "m", text, &[line.len(), 2], line.concat()));
     }
     tables
 }

@@ -1,0 +1,120 @@
+//! The places where a wheel carries load on its rail under a vertical force, as contacts of a job.
+
+use super::wheel_rail_geometry::{description, material, profile};
+use crate::job::{self, ContactPlaces, Job};
+use crate::parallel::World;
+use crate::placement::read::ProfileKind;
+use crate::placement::{ContactPlace, Ellipse, MovableWheel, Press};
+use crate::{Error, Result};
+
+/// Load at which places are looked for, over the given one: a place that is just open has a grid as well.
+const HEAVIER: f64 = 1.3;
+/// Part of the load below which a place is left out.
+const SMALL: f64 = 1e-3;
+/// Largest approach that is tried, m.
+const DEEPEST: f64 = 1e-3;
+const HALVINGS: usize = 80;
+
+/// Position on the wheel's profile, m, and an estimate of the normal force, N.
+type Loaded = [f64; 2];
+
+/// Collective: gives the contact of `job` a contact for each place that carries its vertical load, the heaviest first,
+/// if it asks for all of them and does not have them yet.
+pub(crate) fn settle(world: &World, job: &mut Job) -> Result<()> {
+    let Some(contact) = &job.contact else { return Ok(()) };
+    let Some(load) = contact.vertical_load.filter(|_| contact.places == ContactPlaces::All) else { return Ok(()) };
+    if contact.normal_load.is_some() {
+        return Ok(());
+    }
+    let found = world.on_root(|| Ok(spread(job, load)?.concat()))?;
+    let found = world.broadcast(found.unwrap_or_default());
+    let Some(contact) = &mut job.contact else { return Ok(()) };
+    let base = contact.clone();
+    let mut all = found.chunks_exact(2).map(|place| {
+        let mut one = job::Contact { normal_load: Some(place[1]), ..base.clone() };
+        one.placement.iter_mut().for_each(|p| p.touch_near = Some(place[0]));
+        one
+    });
+    let missing = || Error::Defect("a wheel without a place of contact".into());
+    *contact = all.next().ok_or_else(missing)?;
+    contact.further = all.collect();
+    Ok(())
+}
+
+/// The loaded places of the wheel of `job`, by Hertz' contact at each: with the height d of the wheel below first
+/// touch, the approach of a place that is D above it is (d − D) cos δ, and Σ N cos δ = Q.
+fn spread(job: &Job, load: f64) -> Result<Vec<Loaded>> {
+    let missing = || Error::Defect("a placement is asked for of a job without one".into());
+    let given = job.placement().ok_or_else(missing)?;
+    let (lower, upper) =
+        (job.bodies.lower.as_ref().ok_or_else(missing)?, job.bodies.upper.as_ref().ok_or_else(missing)?);
+    let wheel = profile(upper, ProfileKind::Wheel, &mut Vec::new())?;
+    let rail = profile(lower, ProfileKind::Rail, &mut Vec::new())?;
+    let soft = [material(lower)?, material(upper)?].map(|(young, poisson)| (1.0 - poisson * poisson) / young);
+    let modulus = 1.0 / (soft[0] + soft[1]);
+    let named = |e: Error| e.context("contact.placement");
+    let movable = MovableWheel::new(&description(given), &wheel, &rail).map_err(named)?;
+    let places = movable.places(given.lateral, given.yaw, given.roll).map_err(named)?;
+    let first = places.iter().map(|p| p.distance).fold(f64::INFINITY, f64::min);
+    let force = |place: &ContactPlace, height: f64| -> Result<f64> {
+        let approach = place.angle.cos() * (height - (place.distance - first));
+        if approach <= 0.0 {
+            return Ok(0.0);
+        }
+        let [along, across] = place.curvature;
+        let ellipse = Ellipse::new([[along, 0.0], [0.0, across]], modulus, Press::Approach(approach))?;
+        Ok(place.share * ellipse.force)
+    };
+    let under = |wanted: f64| -> Result<Vec<f64>> {
+        let total = |height: f64| -> Result<f64> { places.iter().map(|p| Ok(force(p, height)? * p.angle.cos())).sum() };
+        let (mut low, mut high) = (0.0, DEEPEST);
+        if total(high)? < wanted {
+            return Err(Error::Job(format!(
+                "contact.vertical_load: found {wanted} N, under which the wheel would approach the rail by more than \
+                 {DEEPEST} m; expected the vertical force on one wheel in N"
+            )));
+        }
+        for _ in 0..HALVINGS {
+            let middle = 0.5 * (low + high);
+            match total(middle)? < wanted {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        places.iter().map(|p| force(p, high)).collect()
+    };
+    let (carried, heavier) = (under(load)?, under(HEAVIER * load)?);
+    let mut loaded: Vec<Loaded> = places
+        .iter()
+        .zip(carried.iter().zip(&heavier))
+        .filter(|(_, (_, heavier))| **heavier > SMALL * load)
+        .map(|(place, (carried, heavier))| [place.wheel, carried.max(0.5 * heavier)])
+        .collect();
+    loaded.sort_by(|a, b| b[1].total_cmp(&a[1]));
+    Ok(loaded)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::job::example;
+
+    /// New S1002 on 60E1 1:40, circles 1500: two places share 60 kN at a shift of 5 mm, and one carries it at 0.
+    #[test]
+    fn two_places_share_the_load_of_a_wheel_between_tread_and_gauge_corner() {
+        let at = |lateral: f64| {
+            let job = example::wheel_on_rail(&[
+                "contact.places=all",
+                "contact.normal_load=null",
+                "contact.vertical_load=60e3",
+                &format!("contact.placement.lateral={lateral}"),
+            ]);
+            spread(&job, 60e3).unwrap()
+        };
+        let both = at(4.95e-3);
+        assert_eq!(both.len(), 2, "{both:?}");
+        let normal: f64 = both.iter().map(|place| place[1]).sum();
+        assert!(both[1][1] > 5e3 && (60e3..62e3).contains(&normal), "{both:?}");
+        assert_eq!(at(-3e-3).len(), 1);
+    }
+}
