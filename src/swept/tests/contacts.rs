@@ -199,8 +199,8 @@ fn contacts_round_the_circle_are_each_other_turned() {
     assert!(pair(&all, 0, 1)[2][0].abs() > 0.01 * pair(&all, 0, 0)[2][2], "{:?}", pair(&all, 0, 1));
 }
 
-/// The compliance of a contact with another one is the sum over the modes, Σ ψ̂_c ψ̂_dᵀ/ω², which converges where they
-/// are apart; with itself it does not, the contact being local.
+/// Influence of one contact on another as the sum over the modes, Σ ψ̂_c ψ̂_dᵀ/ω², which converges where they are
+/// apart; with itself it does not, the contact being local.
 #[test]
 fn modes_are_what_one_contact_does_to_the_other() {
     let given = Given::Cylinder(annulus(None, -0.02));
