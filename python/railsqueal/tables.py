@@ -424,7 +424,8 @@ class Branches(Table):
 
     def velocity(self) -> Floats:
         """Root mean square of the velocity at the contact of the body that moves faster, [p], m/s."""
-        return np.sqrt((self.velocity_rms**2).sum(axis=2)).max(axis=1)
+        speed: Floats = np.sqrt((self.velocity_rms**2).sum(axis=2))
+        return np.asarray(speed.max(axis=1))
 
     def loudest(self) -> Floats | None:
         """A-weighted sound power level of the louder body, [p], dB re 1 pW; none where no sound was asked for."""

@@ -166,6 +166,10 @@ impl Equations<'_, '_> {
             best = best.min(error / aim);
             // A solution whose contact has not settled is looked at once more.
             if error <= SOLVED * aim || (iteration > 1 && since > 2 && error <= ACCEPTED * aim && fresh) {
+                // A cycle that was a solution to begin with has none yet.
+                if jacobian.is_none() {
+                    *jacobian = Some(self.jacobian(&u, &found.lack)?);
+                }
                 let cycle = self.structure.solution(found, self.resolution.harmonics)?;
                 return Ok(Corrected { u, cycle, iterations: iteration });
             }

@@ -1,7 +1,7 @@
 //! Stability of a cycle: Floquet multipliers.
 //!
 //! Few modes are followed themselves; of many, and where the contact remembers more than a period, the contact is
-//! linearised and closed through the modes ([`hill`](super::hill)).
+//! linearised and closed through the modes (`hill`).
 //!
 //! Every modal displacement and velocity is changed a little at phase zero, and the change followed through two periods
 //! by the transient itself. The contact has no part of its own in the state that is changed, so that with the blocks

@@ -191,10 +191,10 @@ impl<'a> ConsistentSteady<'a> {
         let closed: Vec<bool> = (0..n).map(|i| stress[3 * i + 2] > law.rho.normal * gap[i]).collect();
         let upstream = s.upstream(p.stencil, Some((&gap, &closed)));
         let mut motion = Vec::with_capacity(3 * n);
-        for (i, &gap) in gap.iter().enumerate() {
+        for i in 0..n {
             let rigid = s.rigid(&p.kinematics, i);
             motion.extend((0..2).map(|c| rigid[c] + upstream.at(i, |j| s.shift[j][c] + u[3 * j + c])));
-            motion.push(gap);
+            motion.push(gap[i]);
         }
         let fields = Fields { stress: &stress, motion: &motion };
         let integral = cells::integral(&surface.rule(), n, surface.cells(), fields, law);
