@@ -12,6 +12,7 @@ mod damaged;
 mod drawn;
 mod failures;
 mod files;
+mod flange;
 mod full_transient;
 mod golden;
 mod interrupted;

@@ -1,0 +1,124 @@
+//! Several contacts of one wheel, in whole runs.
+
+use super::program::*;
+use serde_json::{json, Value};
+
+fn numbers(folder: &Folder, name: &str) -> Vec<f64> {
+    let file = hdf5::File::open(folder.path("job.h5")).expect("result file");
+    file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// A job of a wheel in a curve with modes up to 1100 Hz.
+fn in_curve(name: &str) -> Value {
+    let mut job = job(name);
+    job["analyses"] = json!({ "modes": { "max_frequency": 1100 }, "steady": {}, "stability": {} });
+    job
+}
+
+/// The outer wheel of `jobs/flange.json` has two contacts with the loads of the equilibrium in the curve, whose creep
+/// forces all but slide; a left curve is the mirror image of a right one.
+#[test]
+fn flange_root_and_flange_are_solved_at_once() {
+    let mut job = in_curve("flange.json");
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(2, "run", &[]);
+    let text = ran.good().out.clone();
+    assert!(text.contains("contact 2 at y = -38.65 mm") && !text.contains("left out"), "{text}");
+    let forces = ["contact/force", "contact_2/force"].map(|name| numbers(&folder, name));
+    let normal = numbers(&folder, "curving/contacts/normal_force");
+    let wheels: Vec<f64> = forces.iter().map(|f| -f[2]).collect();
+    assert!(wheels.iter().all(|n| normal.iter().any(|m| (n / m - 1.0).abs() < 1e-6)), "{wheels:?} {normal:?}");
+    let sliding: Vec<f64> = forces.iter().map(|f| f[0].hypot(f[1]) / (0.4 * -f[2])).collect();
+    assert!(sliding.iter().all(|s| (0.97..=1.0).contains(s)), "{sliding:?}");
+    let tilt = ["placement/tilt", "placement_2/tilt"].map(|name| numbers(&folder, name)[0]);
+    assert!(tilt[0] > 0.3 && tilt[1] > 1.1, "{tilt:?}");
+    let right = ["stability/frequency", "stability/growth_rate"].map(|name| numbers(&folder, name));
+    job["curve"]["direction"] = json!("left");
+    let mirrored = Folder::with(job.to_string());
+    mirrored.call(1, "run", &[]).good();
+    let left = ["stability/frequency", "stability/growth_rate"].map(|name| numbers(&mirrored, name));
+    for k in 0..4 {
+        let rate = 2.0 * std::f64::consts::PI * right[0][k];
+        let apart = (2.0 * std::f64::consts::PI * (left[0][k] - right[0][k])).hypot(left[1][k] - right[1][k]);
+        assert!(apart < 1e-5 * rate, "{k}: {right:?} {left:?}");
+    }
+}
+
+/// The inner wheel touches at one place: all places are that one.
+#[test]
+fn all_places_of_a_wheel_with_one_contact_are_that_one() {
+    let mut job = in_curve("wheel-on-rail.json");
+    let one = Folder::with(job.to_string());
+    one.call(1, "run", &[]).good();
+    job["contact"]["places"] = json!("all");
+    let all = Folder::with(job.to_string());
+    all.call(1, "run", &[]).good();
+    for name in ["contact/force", "stability/frequency", "stability/growth_rate"] {
+        let (one, all) = (numbers(&one, name), numbers(&all, name));
+        assert!(one.iter().zip(&all).all(|(a, b)| (a - b).abs() <= 1e-10 * a.abs().max(1.0)), "{name}");
+    }
+}
+
+/// A vertical force on a wheel is what its contacts bear together, friction included.
+#[test]
+fn contacts_share_a_vertical_force() {
+    let mut job = job("wheel-at-given-yaw.json");
+    let contact = &mut job["contact"];
+    contact["normal_load"] = Value::Null;
+    contact["vertical_load"] = json!(60e3);
+    contact["places"] = json!("all");
+    contact["placement"]["lateral"] = json!(4.95e-3);
+    contact["placement"]["yaw"] = json!(-2e-3);
+    job["analyses"] = json!({ "modes": { "max_frequency": 600 }, "steady": {} });
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &[]);
+    if ran.code == Some(2) {
+        // Places on one surface that are too near each other are told to be one contact.
+        assert!(ran.err.contains("one grid that spans both"), "{}", ran.err);
+        job["contact"]["placement"]["lateral"] = json!(-6e-3);
+        std::fs::write(folder.path("job.json"), job.to_string()).expect("write the job");
+        folder.call(1, "run", &[]).good();
+    }
+    let file = hdf5::File::open(folder.path("job.h5")).expect("result file");
+    let mut vertical = 0.0;
+    for (contact, placement) in [("contact", "placement"), ("contact_2", "placement_2")] {
+        if file.group(contact).is_err() {
+            continue;
+        }
+        let (force, tilt) =
+            (numbers(&folder, &format!("{contact}/force")), numbers(&folder, &format!("{placement}/tilt"))[0]);
+        vertical += -force[2] * tilt.cos() + force[1] * tilt.sin();
+    }
+    assert!((vertical / 60e3 - 1.0).abs() < 1e-6, "{vertical}");
+}
+
+/// Refusals of what places need and do not go with.
+#[test]
+fn mistakes_about_places_are_told() {
+    let told = |change: &dyn Fn(&mut Value), parts: &[&str]| {
+        let mut job = job("wheel-at-given-yaw.json");
+        job["contact"]["places"] = json!("all");
+        change(&mut job);
+        let folder = Folder::with(job.to_string());
+        let ran = folder.call(1, "check", &[]);
+        assert_eq!(ran.code, Some(2), "{}", ran.err);
+        for part in parts {
+            assert!(ran.err.contains(part), "{part}: {}", ran.err);
+        }
+    };
+    told(&|_| {}, &["contact.normal_load", "contact.vertical_load (N)", "contact.vertical_load: missing"]);
+    told(
+        &|job| {
+            job["contact"]["placement"]["touch_near"] = json!(-0.03);
+            job["analyses"]["creep_curve"] = json!({ "key": "lateral", "values": [0, 0.01] });
+        },
+        &["contact.placement.touch_near: names one place", "analyses.creep_curve: takes one contact"],
+    );
+    told(
+        &|job| {
+            job["contact"]["places"] = json!("one");
+            job["contact"]["vertical_load"] = json!(60e3);
+        },
+        &["contact.vertical_load: given with one place"],
+    );
+}
