@@ -1,7 +1,7 @@
 //! Keys of `analyses.cycles`, and the job at other values of the key that a branch follows.
 
 use super::cycles::Cycles;
-use super::model::{Contact, Job};
+use super::model::{Contact, Creepage, Job};
 use super::overrides::put;
 use super::transient::SoundPower;
 use super::validate::validate;
@@ -127,12 +127,15 @@ impl Job {
         put(&mut contact, &path.split('.').collect::<Vec<_>>(), Value::Number(number), "analyses.cycles.along")?;
         let mut contact: Contact = serde_json::from_value(contact).map_err(|e| refused(e.to_string()))?;
         contact.in_equilibrium = self.contact.as_ref().is_some_and(|c| c.in_equilibrium);
-        let mut job = Self { contact: Some(contact), ..self.clone() };
+        let job = Self { contact: Some(contact), ..self.clone() };
+        let mut given = job.clone();
         // The range is that of the branch: a step that leaves it is no fault of the job.
-        let cycles = job.analyses.cycles.take();
-        let fault = validate(&job).into_iter().next();
-        job.analyses.cycles = cycles;
-        match fault {
+        given.analyses.cycles = None;
+        // Creepages that follow from a placement are in the job by now, and are no fault of it either.
+        if let Some(contact) = given.contact.as_mut().filter(|c| c.placement.is_some()) {
+            contact.creepage = Creepage::default();
+        }
+        match validate(&given).into_iter().next() {
             Some(fault) => Err(refused(fault)),
             None => Ok(job),
         }
@@ -225,4 +228,21 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
 /// The unit of a key, as the schema has it; "-" where it has none.
 pub fn key_unit(key: &str) -> String {
     super::schema::Checker::default().unit_at(&key.split('.').collect::<Vec<_>>())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::example::wheel_on_rail;
+
+    /// A wheel on a placement has creepages that follow from it once it runs; friction can change all the same.
+    #[test]
+    fn friction_changes_on_a_placement_whose_creepages_are_known() {
+        let mut job = wheel_on_rail(&[]);
+        if let Some(contact) = &mut job.contact {
+            contact.creepage.lateral = -0.01;
+        }
+        let other = job.with_contact_number("contact.friction", 0.4).unwrap();
+        let numbers = ["contact.friction", "contact.creepage.lateral"].map(|key| other.contact_number(key));
+        assert_eq!(numbers, [Some(0.4), Some(-0.01)]);
+    }
 }
