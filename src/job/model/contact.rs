@@ -182,7 +182,7 @@ impl Contact {
     }
 
     /// Load that presses the bodies together. Reading a job makes sure that exactly one of the three keys is given.
-    /// Of a vertical load the part that this contact carries is known once the places are.
+    /// The part of a vertical load that this contact carries is known once the places are.
     pub fn load(&self) -> Load {
         match (self.normal_load, self.approach) {
             (Some(n), _) => Load::Normal(n),
