@@ -8,6 +8,7 @@ import numpy as np
 from . import figures, mac
 from .figures import Figure
 from .result import Result
+from .tables import ContactGrid
 
 # Tables of results; what tells of the solver's own work (residuals, iterations) is none.
 TABLES = (
@@ -114,7 +115,10 @@ def side_by_side(one: Result, other: Result, tolerance: float) -> tuple[list[str
 def tables(one: Result, other: Result, tolerance: float) -> tuple[list[str], bool]:
     """Tables that differ, in words, and whether there is none."""
     found = []
-    for name in TABLES:
+    groups = dict.fromkeys(group for side in (one, other) for group in ContactGrid.groups(side)[1:])
+    first = [name for name in TABLES if name.startswith("contact/")]
+    further = [name.replace("contact/", f"{group}/") for group in groups for name in first]
+    for name in (*TABLES, *further):
         if (name in one) != (name in other):
             found.append(f"  {name}: only in {'A' if name in one else 'B'}")
         elif name in one:

@@ -9,7 +9,20 @@ from . import growth
 from .curving import AXLES, WHEELS, Curving
 from .labels import body_words, quantity, words
 from .result import Result
-from .tables import BODIES, ComplexModes, ContactGrid, CreepCurve, Cycles, History, Modes, Receptances, Sweep, growing
+from .tables import (
+    BODIES,
+    ComplexModes,
+    ContactGrid,
+    CreepCurve,
+    Cycles,
+    History,
+    Modes,
+    Receptances,
+    Sweep,
+    contact_number,
+    growing,
+    numbered,
+)
 from .uncertainty import Uncertainty, named
 
 # Modes of each body, and eigenvalues, that count as figures.
@@ -62,16 +75,23 @@ def placement(result: Result) -> list[Figure]:
         ("rail_y", 1e3, "mm"),
         ("speed", 1, "m/s"),
     )
-    found = [(name, factor, unit) for name, factor, unit in wanted if f"placement/{name}" in result]
-    made = [
-        Figure("placement", name.replace("_", " "), factor * result.number(f"placement/{name}"), unit)
-        for name, factor, unit in found
-    ]
-    if "placement/creepage" in result:
-        values = result.array("placement/creepage")
-        for (name, factor, unit), value in zip(CREEPAGES, values):
-            made.append(Figure("placement", name, factor * float(value), unit, 1e-3))
+    made: list[Figure] = []
+    for group in numbered(result, "placement"):
+        heading = of_contact("placement", group)
+        for name, factor, unit in wanted:
+            if f"{group}/{name}" in result:
+                value = factor * result.number(f"{group}/{name}")
+                made.append(Figure(heading, name.replace("_", " "), value, unit))
+        if f"{group}/creepage" in result:
+            for (name, factor, unit), value in zip(CREEPAGES, result.array(f"{group}/creepage")):
+                made.append(Figure(heading, name, factor * float(value), unit, 1e-3))
     return made
+
+
+def of_contact(heading: str, group: str) -> str:
+    """Heading of the figures of a contact: further ones have their number."""
+    number = contact_number(group)
+    return f"{heading}, contact {number}" if number > 1 else heading
 
 
 def curving(result: Result) -> list[Figure]:
@@ -98,7 +118,12 @@ def steady(result: Result) -> list[Figure]:
     """Steady rolling."""
     if not ContactGrid.present(result):
         return []
-    grid, name = ContactGrid.of(result), "steady rolling"
+    return [figure for group in ContactGrid.groups(result) for figure in steady_contact(result, group)]
+
+
+def steady_contact(result: Result, group: str) -> list[Figure]:
+    """Steady rolling of one contact."""
+    grid, name = ContactGrid.of(result, group), of_contact("steady rolling", group)
     size = float(np.linalg.norm(grid.force))
     made = [Figure(name, f"force {axis} on body 1", float(f), "N", size) for axis, f in zip("xyz", grid.force)]
     made.append(

@@ -118,6 +118,6 @@ def applied_creepage(result: Result) -> Floats:
 def operating(result: Result, name: str) -> float:
     """Load, approach or speed of the examined state, where the job does not give it; 0 where it is not known."""
     if name == "normal_load" and "stability/force" in result:
-        return abs(float(result.array("stability/force")[2]))
+        return abs(float(result.array("stability/force").reshape(-1)[2]))
     path = {"speed": "placement/speed", "approach": "stability/approach"}.get(name, "")
-    return abs(result.number(path)) if path and path in result else 0.0
+    return abs(float(result.array(path).reshape(-1)[0])) if path and path in result else 0.0

@@ -171,6 +171,19 @@ class ComplexModes(Table):
         return ", ".join(f"{100 * share[k]:.0f} % {BODIES[int(self.mode_body[k])]} mode {number[k]}" for k in largest)
 
 
+def contact_number(group: str) -> int:
+    """Number of a contact by its group, or by that of its placement, from 1."""
+    return int(group.rpartition("_")[2]) if "_" in group else 1
+
+
+def numbered(result: Result, name: str) -> list[str]:
+    """A group and those of further contacts: `contact`, `contact_2`, … or `placement`, `placement_2`, …"""
+    found = [name] if name in result else []
+    while found and f"{name}_{len(found) + 1}" in result:
+        found.append(f"{name}_{len(found) + 1}")
+    return found
+
+
 @dataclass(frozen=True)
 class ContactGrid(Table):
     """The contact in steady rolling on its grid: fields are [ny, nx] and [ny, nx, 2]."""
@@ -191,24 +204,24 @@ class ContactGrid(Table):
     approach: float  # m
 
     @classmethod
-    def of(cls, result: Result) -> Self:
-        """The contact of a result."""
+    def of(cls, result: Result, group: str = "contact") -> Self:
+        """A contact of a result: one of `groups(result)`."""
         cls.expect(result)
-        x, y = result.array("contact/x"), result.array("contact/y")
-        if "contact/shape" in result:
-            nx, ny = (int(n) for n in result["contact/shape"])
+        x, y = result.array(f"{group}/x"), result.array(f"{group}/y")
+        if f"{group}/shape" in result:
+            nx, ny = (int(n) for n in result[f"{group}/shape"])
         else:
             nx, ny = len(np.unique(x)), len(np.unique(y))
         if nx * ny != len(x):
-            raise ResultError(f"{result.path}: /contact has {len(x)} nodes, which is no grid of {nx} x {ny}")
+            raise ResultError(f"{result.path}: /{group} has {len(x)} nodes, which is no grid of {nx} x {ny}")
 
         def field(name: str, *more: int) -> Floats:
-            if f"contact/{name}" not in result:
+            if f"{group}/{name}" not in result:
                 return np.full((ny, nx, *more), np.nan)
-            return result.array(f"contact/{name}").reshape(ny, nx, *more)
+            return result.array(f"{group}/{name}").reshape(ny, nx, *more)
 
         def number(name: str) -> float:
-            return result.number(f"contact/{name}") if f"contact/{name}" in result else float("nan")
+            return result.number(f"{group}/{name}") if f"{group}/{name}" in result else float("nan")
 
         return cls(
             x.reshape(ny, nx)[0],
@@ -216,13 +229,18 @@ class ContactGrid(Table):
             field("pressure"),
             field("traction", 2),
             field("creep", 2),
-            result.integers("contact/state").reshape(ny, nx),
+            result.integers(f"{group}/state").reshape(ny, nx),
             field("weight"),
             field("gap0"),
-            result.array("contact/force"),
+            result.array(f"{group}/force"),
             number("moment_z"),
             number("approach"),
         )
+
+    @staticmethod
+    def groups(result: Result) -> list[str]:
+        """Groups of the contacts in steady rolling: `contact`, then `contact_2` and so on where a wheel has several."""
+        return [group for group in numbered(result, "contact") if f"{group}/pressure" in result]
 
     @property
     def closed(self) -> NDArray[np.bool_]:

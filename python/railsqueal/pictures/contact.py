@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 
 from ..errors import ResultError
 from ..result import Floats, Result, lookup
-from ..tables import SLIP, STICK, ContactGrid
+from ..tables import SLIP, STICK, ContactGrid, contact_number
 from .style import GREY, LATERAL, LONGITUDINAL, NORMAL, Canvas, heading, legend
 from .style import SLIP as SLIP_COLOUR
 from .style import STICK as STICK_COLOUR
@@ -31,6 +31,17 @@ class Drawn:
 
     result: Result
     grid: ContactGrid
+    group: str  # `contact`, or `contact_2` and so on
+
+    def name(self, picture: str) -> str:
+        """Name of a picture of this contact: `contact-map`, or `contact-map-2` and so on."""
+        number = contact_number(self.group)
+        return f"{picture}-{number}" if number > 1 else picture
+
+    @property
+    def placement(self) -> str:
+        """Group of the placement of this contact."""
+        return self.group.replace("contact", "placement")
 
     @property
     def x(self) -> Floats:
@@ -56,11 +67,15 @@ class Drawn:
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if not ContactGrid.present(result):
         return []
-    grid = ContactGrid.of(result)
-    if not grid.closed.any():
+    all_contacts = [Drawn(result, ContactGrid.of(result, group), group) for group in ContactGrid.groups(result)]
+    # One of several contacts may be open.
+    closed = [drawn for drawn in all_contacts if drawn.grid.closed.any()]
+    if not closed:
         raise ResultError(f"{result.path}: no contact node is closed, so there is no contact to draw")
-    drawn = Drawn(result, grid)
-    return line(drawn, canvas) + stick_slip_map(drawn, canvas)
+    made: list[Path] = []
+    for drawn in closed:
+        made += line(drawn, canvas) + stick_slip_map(drawn, canvas)
+    return made
 
 
 def reference(job: dict[str, Any]) -> tuple[Floats, Floats, Floats] | None:
@@ -95,9 +110,11 @@ def reference(job: dict[str, Any]) -> tuple[Floats, Floats, Floats] | None:
     return column("x_m", MM), column("pressure_Pa", MPA), column("traction_y_Pa", MPA)
 
 
-def case(result: Result, force: Floats) -> str:
+def case(drawn: Drawn) -> str:
     """Title of a picture: the title of the job, if it has one, and below it the load and the creepages."""
-    words = [f"N = {-force[2] / 1e3:.4g} kN"]
+    result, several = drawn.result, len(ContactGrid.groups(drawn.result)) > 1
+    words = [f"contact {contact_number(drawn.group)}"] if several else []
+    words.append(f"N = {-drawn.grid.force[2] / 1e3:.4g} kN")
     friction = lookup(result.job, "contact.friction")
     if isinstance(friction, (int, float)):
         words.append(f"μ = {friction:g}")
@@ -105,10 +122,12 @@ def case(result: Result, force: Floats) -> str:
         (name, law), *_ = friction.items()
         values = f" from {law['static']:g} to {law['kinetic']:g}" if {"static", "kinetic"} <= set(law) else ""
         words.append(f"μ{values} ({name.replace('_', ' ')})")
-    placed = result.array("placement/creepage") if "placement/creepage" in result else None
+    placed = result.optional(f"{drawn.placement}/creepage")
     names = (("longitudinal", "ξ", 100, " %"), ("lateral", "η", 100, " %"), ("spin", "φ", 1, " 1/m"))
     for place, (name, symbol, factor, unit) in enumerate(names):
-        value = lookup(result.job, f"contact.creepage.{name}") or (placed[place] if placed is not None else 0)
+        # Creepages of the job go before those of the placement; further contacts have those of their placement.
+        given = lookup(result.job, f"contact.creepage.{name}") if contact_number(drawn.group) == 1 else None
+        value = given or (placed[place] if placed is not None else 0)
         if value:
             words.append(f"{symbol} = {factor * value:.4g}{unit}")
     return heading(result) + ", ".join(words)
@@ -117,8 +136,9 @@ def case(result: Result, force: Floats) -> str:
 def bound(drawn: Drawn) -> Floats | None:
     """Limit of the traction at every node, MPa; None if the result does not say."""
     friction = lookup(drawn.result.job, "contact.friction")
-    if "contact/friction" in drawn.result:
-        return drawn.result.array("contact/friction").reshape(drawn.pressure.shape) * drawn.pressure
+    varying = drawn.result.optional(f"{drawn.group}/friction")
+    if varying is not None:
+        return varying.reshape(drawn.pressure.shape) * drawn.pressure
     return friction * drawn.pressure if isinstance(friction, (int, float)) else None
 
 
@@ -138,7 +158,7 @@ def line(drawn: Drawn, canvas: Canvas) -> list[Path]:
     figure, (upper, lower) = plt.subplots(
         2, 1, sharex=True, figsize=(6.4, 7.0), height_ratios=[1, 1.5], layout="constrained"
     )
-    figure.suptitle(case(result, drawn.grid.force), fontsize=10)
+    figure.suptitle(case(drawn), fontsize=10)
     pressure = drawn.along_axis(drawn.pressure)
     upper.plot(x, pressure, color=NORMAL, marker="o", markersize=3, label=f"pressure, {compliance}")
     if compared:
@@ -174,7 +194,7 @@ def line(drawn: Drawn, canvas: Canvas) -> list[Path]:
     lower.set_xlim(reach.min() - margin, reach.max() + margin)
     for text, place, align in (("← leading edge (rolling)", 0.01, "left"), ("trailing edge →", 0.99, "right")):
         upper.text(place, 1.01, text, transform=upper.transAxes, ha=align, va="bottom", fontsize=9, color=GREY)
-    return canvas.save(figure, "contact-line")
+    return canvas.save(figure, drawn.name("contact-line"))
 
 
 def edges(centres: Floats) -> Floats:
@@ -196,7 +216,7 @@ def stick_slip_map(drawn: Drawn, canvas: Canvas) -> list[Path]:
     farthest = max(np.abs(drawn.x[columns]).max(), np.abs(drawn.y[rows]).max())
     reach = max(1.18 * farthest, farthest + 0.7 * max(np.diff(drawn.x).max(), np.diff(drawn.y).max()))
     figure, (left, right) = plt.subplots(1, 2, figsize=(10.4, 5.6), layout="constrained")
-    figure.suptitle(case(drawn.result, drawn.grid.force), fontsize=10)
+    figure.suptitle(case(drawn), fontsize=10)
 
     x, y = edges(drawn.x), edges(drawn.y)
     colours = ListedColormap(["white", STICK_COLOUR, SLIP_COLOUR])
@@ -235,4 +255,4 @@ def stick_slip_map(drawn: Drawn, canvas: Canvas) -> list[Path]:
         axes.set_ylim(-reach, reach)
         axes.set_xlabel("longitudinal position x / mm   (leading edge at the left)")
         axes.set_ylabel("lateral position y / mm")
-    return canvas.save(figure, "contact-map")
+    return canvas.save(figure, drawn.name("contact-map"))

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ..result import Result
-from ..tables import ContactGrid
+from ..tables import ContactGrid, contact_number, numbered
 from .contact import painted
 from .style import BLUE, GREY, ORANGE, RED, Canvas
 
@@ -16,23 +16,37 @@ REACH = 45
 
 
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
-    if "placement/rail_line" not in result:
-        return []
-    grid = ContactGrid.of(result) if ContactGrid.present(result) else None
+    """A picture of each contact, which marks the others as well."""
+    made: list[Path] = []
+    for group in numbered(result, "placement"):
+        if f"{group}/rail_line" in result:
+            made += place(result, group, canvas)
+    return made
+
+
+def place(result: Result, group: str, canvas: Canvas) -> list[Path]:
+    """The contact of the placement `group` on both profiles, and its gap."""
+    contact, number = group.replace("placement", "contact"), contact_number(group)
+    grid = ContactGrid.of(result, contact) if contact in ContactGrid.groups(result) else None
     figure, axes = plt.subplots(
         1, 2 if grid else 1, figsize=(9.6 if grid else 5.6, 4.2), layout="constrained", squeeze=False
     )
     section = axes[0, 0]
-    rail, wheel = MM * result.array("placement/rail_line"), MM * result.array("placement/wheel_line")
-    _, y, z = MM * result.array("placement/origin")
+    rail, wheel = MM * result.array(f"{group}/rail_line"), MM * result.array(f"{group}/wheel_line")
+    _, y, z = MM * result.array(f"{group}/origin")
     section.plot(*rail.T, color=GREY, label="rail")
     section.plot(*wheel.T, color=BLUE, label="wheel")
-    tilt = result.number("placement/tilt")
+    tilt = result.number(f"{group}/tilt")
     normal = 12 * np.array([np.sin(tilt), -np.cos(tilt)])
     section.annotate(
         "", xy=(y + normal[0], z + normal[1]), xytext=(y, z), arrowprops={"arrowstyle": "->", "color": RED}
     )
     section.plot(y, z, "o", color=RED, markersize=4)
+    for other in numbered(result, "placement"):
+        if other != group:
+            section.plot(
+                *MM * result.array(f"{other}/origin")[1:], "o", color=RED, markerfacecolor="white", markersize=4
+            )
     section.set_xlim(y - REACH, y + REACH)
     near = np.concatenate([rail[abs(rail[:, 0] - y) < REACH, 1], wheel[abs(wheel[:, 0] - y) < REACH, 1]])
     # z points down.
@@ -40,7 +54,7 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     section.set_aspect("equal")
     section.set_xlabel("y in the track / mm")
     section.set_ylabel("z in the track (down) / mm")
-    angle, radius = MM * result.number("placement/contact_angle"), MM * result.number("placement/rolling_radius")
+    angle, radius = MM * result.number(f"{group}/contact_angle"), MM * result.number(f"{group}/rolling_radius")
     section.set_title(f"contact angle {angle:.1f} mrad, rolling radius {radius:.2f} mm")
     section.legend(loc="upper center", bbox_to_anchor=(0.5, -0.2), ncols=2)
     if grid:
@@ -54,4 +68,4 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
         detail.set_xlabel("x / mm (rolls to the left)")
         detail.set_ylabel("y / mm")
         detail.set_title(f"gap, and the contact under {approach:.1f} µm of approach")
-    return canvas.save(figure, "placement")
+    return canvas.save(figure, f"placement-{number}" if number > 1 else "placement")

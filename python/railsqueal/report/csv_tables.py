@@ -22,6 +22,7 @@ from ..tables import (
     Provenance,
     Receptances,
     Sweep,
+    contact_number,
 )
 from ..track_decay import TrackDecay
 from . import uncertainty
@@ -242,10 +243,14 @@ def complex_rows(result: Result, table: ComplexModes, unstable: bool) -> list[Ro
 def force_rows(result: Result) -> list[Row]:
     """Contact forces on body 1 of each analysis; of a transient the mean over the last quarter."""
     rows: list[Row] = []
-    if ContactGrid.present(result):
-        rows.append(("steady", "", *result.array("contact/force")))
+    groups = ContactGrid.groups(result)
+    for group in groups:
+        point = f"contact {contact_number(group)}" if len(groups) > 1 else ""
+        rows.append(("steady", point, *result.array(f"{group}/force")))
     if "stability/force" in result:
-        rows.append(("stability", "", *result.array("stability/force")))
+        forces = np.atleast_2d(result.array("stability/force"))
+        for number, force in enumerate(forces, 1):
+            rows.append(("stability", f"contact {number}" if len(forces) > 1 else "", *force))
     if CreepCurve.present(result):
         curve = CreepCurve.of(result)
         rows += [("creep_curve", f"{curve.key} {c!r}", *f) for c, f in zip(curve.creepage.tolist(), curve.force)]

@@ -100,7 +100,10 @@ def pictures(result: Result, measured: Measurements = NONE) -> dict[str, str]:
         for path in draw(result, canvas, measured=measured):
             if path.suffix == ".png":
                 name = path.stem.removeprefix(f"{result.stem}-")
-                caption = escape(named(CAPTIONS.get(name, name), names))
+                # Pictures of further contacts have their number behind the name.
+                first, _, number = name.rpartition("-")
+                text = f"{CAPTIONS[first]}, contact {number}" if number.isdigit() and first in CAPTIONS else name
+                caption = escape(named(CAPTIONS.get(name, text), names))
                 data = base64.b64encode(path.read_bytes()).decode()
                 image = f'<img alt="{caption}" src="data:image/png;base64,{data}">'
                 parts[name] = f"<figure>{image}<figcaption>{caption}</figcaption></figure>"

@@ -1,0 +1,72 @@
+"""Several contacts of a wheel: each has its figures, pictures, rows and comparison."""
+
+import csv
+import shutil
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from conftest import dataset
+from railsqueal import ContactGrid, Result, compare, figures, report
+from railsqueal.pictures import Canvas, draw
+
+
+@pytest.fixture
+def two(cylinders: Path, tmp_path: Path) -> Path:
+    """The contact of two cylinders, and a second one with half of its pressure and force."""
+    path = tmp_path / "two.h5"
+    shutil.copy(cylinders, path)
+    with h5py.File(path, "a") as file:
+        file.copy("contact", "contact_2")
+        for name in ("pressure", "force"):
+            file[f"contact_2/{name}"][...] = 0.5 * file[f"contact/{name}"][()]
+        for group, creepage in (("placement", 0.01), ("placement_2", 0.02)):
+            dataset(file, f"{group}/creepage", np.array([0.0, creepage, 0.0]))
+        del file["stability/force"]
+        dataset(file, "stability/force", np.array([[1.0, 2.0, -3.0], [4.0, 5.0, -6.0]]), "N")
+    return path
+
+
+def test_each_contact_has_its_grid_and_its_figures(two: Path) -> None:
+    with Result(two) as result:
+        assert ContactGrid.groups(result) == ["contact", "contact_2"]
+        first, second = (ContactGrid.of(result, group) for group in ContactGrid.groups(result))
+        assert np.array_equal(second.pressure, 0.5 * first.pressure) and second.force[2] == 0.5 * first.force[2]
+        said = {(f.group, f.name): f.value for f in figures.of(result)}
+    assert said["steady rolling", "largest pressure"] == 2 * said["steady rolling, contact 2", "largest pressure"]
+    assert said["placement, contact 2", "lateral creepage"] == 2 * said["placement", "lateral creepage"]
+
+
+def test_each_contact_has_its_pictures_but_an_open_one(two: Path, tmp_path: Path) -> None:
+    def drawn() -> set[str]:
+        with Result(two) as result:
+            made = draw(result, Canvas(tmp_path / "out", result.stem, resolution=30))
+        return {p.stem.removeprefix("two-") for p in made if "contact" in p.stem}
+
+    assert drawn() == {"contact-line", "contact-map", "contact-line-2", "contact-map-2"}
+    with h5py.File(two, "a") as file:
+        file["contact_2/state"][...] = 0
+    assert drawn() == {"contact-line", "contact-map"}
+
+
+def test_report_names_the_contacts(two: Path, tmp_path: Path) -> None:
+    with Result(two) as result:
+        page, *tables = report.write(result, tmp_path / "out")
+        force = result.array("contact_2/force")
+    assert "Stick and slip, traction and pressure, contact 2" in page.read_text(encoding="utf-8")
+    (path,) = [p for p in tables if p.stem.endswith("-forces")]
+    with path.open(encoding="utf-8") as file:
+        rows = {(row["analysis"], row["point"]): row for row in csv.DictReader(file)}
+    assert float(rows["steady", "contact 2"]["force_z_N"]) == force[2]
+    assert float(rows["stability", "contact 2"]["force_x_N"]) == 4.0
+
+
+def test_second_contacts_are_compared(two: Path, tmp_path: Path) -> None:
+    other = tmp_path / "other.h5"
+    shutil.copy(two, other)
+    with h5py.File(other, "a") as file:
+        file["contact_2/gap"][...] *= 1.01
+    with Result(two) as a, Result(other) as b:
+        text, same = compare.text(a, b, 1e-6)
+    assert not same and "contact_2/gap" in text
