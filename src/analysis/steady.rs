@@ -58,7 +58,9 @@ pub fn run(
     };
     if let (Some(s), Some(solution)) = (interface, &solution) {
         if contact.placement.is_some() {
-            run.file.tables(wheel_rail_geometry::tables(run.job, |i| solution.pressure[i] > 0.0)?);
+            let (placed, warnings) = wheel_rail_geometry::tables(run.job, |i| solution.pressure[i])?;
+            run.file.tables(placed);
+            warnings.into_iter().for_each(|text| run.summary.warn(text));
         }
         run.file.tables(tables(s, solution, !contact.friction.is_constant()));
         if let Some((field, area)) = &between {

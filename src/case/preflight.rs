@@ -290,8 +290,8 @@ pub(crate) fn contact((job, at): (&Job, &Contact), s: &Interface) -> Result<Pref
     report.lines.push(format!(
         "contact on half-spaces: about {closed:.0} closed nodes, half lengths {:.2} mm and {:.2} mm, largest \
          pressure {:.0} MPa, local approach {:.1} µm",
-        1e3 * found.half[0],
-        1e3 * found.half[1],
+        1e3 * found.half()[0],
+        1e3 * found.half()[1],
         1e-6 * found.pressure,
         1e6 * found.approach
     ));
@@ -303,7 +303,7 @@ pub(crate) fn contact((job, at): (&Job, &Contact), s: &Interface) -> Result<Pref
              elements of {size:.1e} m at the contact would do"
         ));
     }
-    report.warnings.extend(coarse_for_spin(creepage(at), s, lowest, found.half));
+    report.warnings.extend(coarse_for_spin(creepage(at), s, lowest, found.half()));
     Ok(report)
 }
 

@@ -7,6 +7,7 @@ use super::rail;
 use super::surfaces::beside_nodes;
 use crate::body::half_space::{HalfSpace, HalfSpaceBody};
 use crate::body::Side;
+use crate::contact::half_space_estimate::PatchEstimate;
 use crate::contact::{Creepage, SPIN_SPACINGS};
 use crate::fem::rotation::Axis;
 use crate::grid::{ContactGrid, Interface, Transfer};
@@ -17,8 +18,8 @@ use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::placement::read::{read, ProfileKind, Reading, Vertical};
 use crate::placement::{
-    self, builtin, finer_grid_lines, tight_grid_lines, Creepages, Ellipse, Frame, Gap, Motion, Placement, Position,
-    Press, Seat,
+    self, builtin, finer_grid_lines, fitted_grid_lines, rough_grid_lines, Creepages, Ellipse, Frame, Gap, Motion,
+    Placement, Position, Press, Seat,
 };
 use crate::progress::Progress;
 use crate::summary::Summary;
@@ -107,12 +108,15 @@ impl Placed {
             Creepage { longitudinal: creepages.longitudinal, lateral: creepages.lateral, spin: creepages.spin };
         let spacings = if creepage.is_ruled_by_spin(ellipse.semi_axes) { SPIN_SPACINGS } else { 0.0 };
         let several = job.contact.as_ref().is_some_and(|c| !c.further.is_empty());
-        let lines = if several { tight_grid_lines } else { finer_grid_lines };
         for _ in 0..GROWN {
-            let [x, y] = lines(extent, spacings);
-            let gap = placed.gap(&frame, &x, &y).map_err(named)?;
+            let [x, y] = if several { rough_grid_lines(extent) } else { finer_grid_lines(extent, spacings) };
+            let mut gap = placed.gap(&frame, &x, &y).map_err(named)?;
             let beside = overlap(&gap, ellipse.approach);
             if beside == [false; 2] {
+                if several {
+                    let [x, y] = fitted_grid_lines(closed_range(&gap, modulus, &ellipse)?, spacings);
+                    gap = placed.gap(&frame, &x, &y).map_err(named)?;
+                }
                 let track = (given.curvature, given.yaw);
                 return Ok(Self { placed, frame, ellipse, creepages, gap, notes, track });
             }
@@ -321,6 +325,17 @@ fn overlap(gap: &Gap, approach: f64) -> [bool; 2] {
     let (nx, ny) = (gap.x.len(), gap.y.len());
     let closed = |ix: usize, iy: usize| gap.gap[ix + nx * iy] < approach;
     [(0..ny).any(|iy| closed(0, iy) || closed(nx - 1, iy)), (0..nx).any(|ix| closed(ix, 0) || closed(ix, ny - 1))]
+}
+
+/// Ends along x and y, m, of the closed part of a contact under the force of the `ellipse`, N, by half-spaces with a
+/// contact modulus, Pa: bodies that conform overlap over more than they touch.
+fn closed_range(gap: &Gap, modulus: f64, ellipse: &Ellipse) -> Result<[[f64; 2]; 2]> {
+    let grid = Interface::new(gap.x.clone(), gap.y.clone(), gap.gap.clone())?;
+    let w = HalfSpace { young: modulus, poisson: 0.0 }.compliance(&gap.x, &gap.y)?;
+    let range = PatchEstimate::new(w.as_ref(), &grid, ellipse.force)?.range;
+    // To the first open lines.
+    let more = [&gap.x, &gap.y].map(|lines| 0.5 * (lines[1] - lines[0]));
+    Ok([0, 1].map(|c| [range[c][0] - more[c], range[c][1] + more[c]]))
 }
 
 /// Advice where measured profiles that are not smoothed do not touch as profiles do.
@@ -554,14 +569,23 @@ impl ContactSite {
     }
 }
 
-/// On rank 0: the tables of the placement of `job`, after its contacts were found not to reach the end of a profile:
-/// `closed` tells the nodes, those of all contacts one after the other.
-pub(crate) fn tables(job: &Job, closed: impl Fn(usize) -> bool) -> Result<Vec<Table>> {
-    let (mut all, mut first) = (Vec::new(), 0);
+/// On rank 0: the tables of the placement of `job` and warnings, after its contacts were found not to reach the end of
+/// a profile. `pressure` is that of the nodes, those of all contacts one after the other.
+pub(crate) fn tables(job: &Job, pressure: impl Fn(usize) -> f64) -> Result<(Vec<Table>, Vec<String>)> {
+    let (mut all, mut warnings, mut first) = (Vec::new(), Vec::new(), 0);
     for (number, placed) in Placed::all(job)?.iter().enumerate() {
-        placed.refuse_edge(|node| closed(first + node))?;
+        placed.refuse_edge(|node| pressure(first + node) > 0.0)?;
+        let share = placed.gap.share_at_neighbour(|node| pressure(first + node));
+        if share > 0.0 {
+            warnings.push(format!(
+                "contact {} ends where another contact of the wheel begins, with {:.1} % of its force on the last line \
+                 of its grid: wheel and rail conform there, and the pressure near that line is too high",
+                number + 1,
+                100.0 * share
+            ));
+        }
         all.extend(placed.tables(number));
         first += placed.nodes();
     }
-    Ok(all)
+    Ok((all, warnings))
 }

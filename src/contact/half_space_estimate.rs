@@ -18,8 +18,8 @@ const CERTAIN: f64 = 0.8;
 pub struct PatchEstimate {
     /// Area of the closed nodes, m².
     pub area: f64,
-    /// Half lengths along x and y, to the middle between closed and open nodes, m.
-    pub half: [f64; 2],
+    /// Ends along x and along y, in the middle between closed and open nodes, m.
+    pub range: [[f64; 2]; 2],
     /// Largest pressure, Pa.
     pub pressure: f64,
     /// Approach, m: the local part, without the deformation of the bodies as wholes.
@@ -34,7 +34,7 @@ impl PatchEstimate {
         let certain = solve_normal(w.into(), s, &NormalLoad::Force(CERTAIN * load).into())?;
         refuse_border(w.into(), s, &NormalLoad::Force(load).into(), &certain.closed)?;
         let found = solve_normal(w.into(), s, &NormalLoad::Force(load).into())?;
-        let mut half = [0.0f64; 2];
+        let mut range = [[0.0f64; 2]; 2];
         let mut area = 0.0;
         let mut pressure = 0.0f64;
         for (&i, force) in found.closed.iter().zip(&found.force) {
@@ -47,9 +47,14 @@ impl PatchEstimate {
             let high = found.closed.iter().map(|&i| place(i)).max().unwrap_or(0);
             let from = 0.5 * (lines[low] + lines[low.saturating_sub(1)]);
             let to = 0.5 * (lines[high] + lines[(high + 1).min(lines.len() - 1)]);
-            half[axis] = 0.5 * (to - from);
+            range[axis] = [from, to];
         }
-        Ok(Self { area, half, pressure, approach: found.motions[0] })
+        Ok(Self { area, range, pressure, approach: found.motions[0] })
+    }
+
+    /// Half lengths along x and y, m.
+    pub fn half(&self) -> [f64; 2] {
+        self.range.map(|[from, to]| 0.5 * (to - from))
     }
 }
 
@@ -70,8 +75,8 @@ mod tests {
         let found = PatchEstimate::new(w.as_ref(), &s, 70e3).unwrap();
         for (name, value, hertz) in [
             ("area", found.area, std::f64::consts::PI * a * a),
-            ("half length", found.half[0], a),
-            ("half width", found.half[1], a),
+            ("half length", found.half()[0], a),
+            ("half width", found.half()[1], a),
             ("pressure", found.pressure, 1.5 * 70e3 / (std::f64::consts::PI * a * a)),
             ("approach", found.approach, 4.0 * a * a),
         ] {

@@ -9,8 +9,14 @@ const RULES: &[(&str, &[&str])] = &[
     ("/contact/deflection", &["direction"]),
     ("/contact/area", &["body"]),
     ("/contact/*", &["node", "direction"]),
+    ("/contact_*/shape", &["axis"]),
+    ("/contact_*/force", &["direction"]),
+    ("/contact_*/centre", &["direction"]),
+    ("/contact_*/*", &["node", "direction"]),
     ("/placement/rail_line", &["line_point", "coordinate"]),
     ("/placement/wheel_line", &["line_point", "coordinate"]),
+    ("/placement_*/rail_line", &["line_point", "coordinate"]),
+    ("/placement_*/wheel_line", &["line_point", "coordinate"]),
     ("/curving/frame", &["motion"]),
     ("/curving/axles/*", &["axle", "component"]),
     ("/curving/contacts/*", &["place", "component"]),
@@ -61,10 +67,16 @@ const RULES: &[(&str, &[&str])] = &[
     ("/sweep/*", &["point", "direction"]),
 ];
 
+/// The same of datasets that have a row for each of several contacts.
+const OF_CONTACTS: &[(&str, &[&str])] =
+    &[("/stability/force", &["contact", "direction"]), ("/stability/approach", &["contact"])];
+
 /// Names of the `rank` dimensions of the dataset at `path`; none where nothing is known of it, and empty ones where
 /// only the first dimensions are named.
 pub(super) fn labels(path: &str, rank: usize) -> Vec<&'static str> {
-    let Some((_, names)) = RULES.iter().find(|(pattern, _)| fits(pattern, path)) else { return Vec::new() };
+    let of_contacts = OF_CONTACTS.iter().find(|(name, names)| *name == path && names.len() == rank);
+    let rule = of_contacts.or_else(|| RULES.iter().find(|(pattern, _)| fits(pattern, path)));
+    let Some((_, names)) = rule else { return Vec::new() };
     let named = names.iter().copied().chain(std::iter::repeat(""));
     named.take(rank).collect()
 }
@@ -93,6 +105,10 @@ mod tests {
         assert_eq!(labels("/transient/force", 2), ["time", "direction"]);
         assert_eq!(labels("/transient/sound_power/upper/level", 1), ["band"]);
         assert_eq!(labels("/stability/approach", 0), [""; 0]);
+        assert_eq!(labels("/stability/approach", 1), ["contact"]);
+        assert_eq!(labels("/stability/force", 1), ["direction"]);
+        assert_eq!(labels("/stability/force", 2), ["contact", "direction"]);
+        assert_eq!(labels("/contact_2/traction", 2), ["node", "direction"]);
         assert_eq!(labels("/curving/radii/position", 3), ["radius", "wheel", "component"]);
         assert!(labels("/provenance/job", 0).is_empty() && labels("/reduced/lower/order", 1).is_empty());
         // Dimensions beyond those that are named.

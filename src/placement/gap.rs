@@ -6,10 +6,15 @@ use super::profile::Profile;
 use super::touch::Pair;
 use crate::{Error, Result};
 
-/// Half the extent of a grid over that of the ellipse it is for; and where there are several, whose influence on each
-/// other takes the square of their nodes.
+/// Half the extent of a grid over that of the ellipse it is for.
 const MARGIN: f64 = 1.7;
+
+/// The same for one of several contacts, whose influence on each other takes the square of their nodes: over the part
+/// of the grid that is expected to be closed.
 const TIGHT_MARGIN: f64 = 1.4;
+
+/// Most lines on either side of the origin of a grid on which the closed part of a contact is looked for.
+const ROUGH_LINES: i64 = 16;
 
 /// Spacings of a grid over the smaller semi-axis.
 const SPACINGS: f64 = 8.0;
@@ -45,6 +50,21 @@ impl Gap {
             1e3 * self.y[i / nx]
         )))
     }
+
+    /// Part of the force, given by the `pressure` of each node, that lies on the last line before the wheel's profile
+    /// belongs to another contact: 0 where the contact ends by itself.
+    pub fn share_at_neighbour(&self, pressure: impl Fn(usize) -> f64) -> f64 {
+        let nx = self.x.len();
+        let open = |i: usize| self.gap.get(i).is_some_and(|gap| *gap >= APART);
+        let last = |i: usize| !open(i) && (open(i + nx) || i.checked_sub(nx).is_some_and(open));
+        let all: f64 = (0..self.gap.len()).map(&pressure).sum();
+        let there: f64 = (0..self.gap.len()).filter(|&i| last(i)).map(&pressure).sum();
+        if all > 0.0 {
+            there / all
+        } else {
+            0.0
+        }
+    }
 }
 
 /// Lines of a grid for an ellipse with the semi-extents `extent` along x and y, m: over ±1.7 of them, equally spaced
@@ -55,17 +75,32 @@ pub fn grid_lines(extent: [f64; 2]) -> [Vec<f64>; 2] {
 
 /// The same with at least so many `spacings` in the smaller extent.
 pub fn finer_grid_lines(extent: [f64; 2], spacings: f64) -> [Vec<f64>; 2] {
-    lines_within(extent, spacings, MARGIN)
+    lines_within(extent, spacings, MARGIN, LINES)
 }
 
-/// The same over ±1.4 of the extents: of one of several grids.
-pub fn tight_grid_lines(extent: [f64; 2], spacings: f64) -> [Vec<f64>; 2] {
-    lines_within(extent, spacings, TIGHT_MARGIN)
+/// Lines over ±1.4 of the extents along x and y, m, at most 33 of either: on them the closed part of one of several
+/// contacts is looked for.
+pub fn rough_grid_lines(extent: [f64; 2]) -> [Vec<f64>; 2] {
+    lines_within(extent, 2.0 * ROUGH_LINES as f64, TIGHT_MARGIN, ROUGH_LINES)
 }
 
-fn lines_within(extent: [f64; 2], spacings: f64, margin: f64) -> [Vec<f64>; 2] {
+/// Lines of the grid of one of several contacts, at most 98 of either: over the ranges `closed` along x and y, m, and
+/// 0.4 of their halves on either side, equally spaced with at least so many `spacings` in the smaller half. A line of
+/// either passes through the origin if the range has it.
+pub fn fitted_grid_lines(closed: [[f64; 2]; 2], spacings: f64) -> [Vec<f64>; 2] {
+    let half = closed.map(|[from, to]| 0.5 * (to - from));
+    let wanted = half[0].min(half[1]) / spacings.max(SPACINGS);
+    [0, 1].map(|c| {
+        let spacing = wanted.max(TIGHT_MARGIN * half[c] / LINES as f64);
+        let more = (TIGHT_MARGIN - 1.0) * half[c];
+        let first = ((closed[c][0] - more) / spacing).floor() as i64;
+        let last = ((closed[c][1] + more) / spacing).ceil() as i64;
+        (first..=last).map(|i| i as f64 * spacing).collect()
+    })
+}
+
+fn lines_within(extent: [f64; 2], spacings: f64, margin: f64, most: i64) -> [Vec<f64>; 2] {
     let spacing = extent[0].min(extent[1]) / spacings.max(SPACINGS);
-    let most = (LINES as f64 * margin / MARGIN).round() as i64;
     extent.map(|half| {
         let n = (margin * half / spacing).ceil() as i64;
         let (n, spacing) = if n > most { (most, margin * half / most as f64) } else { (n, spacing) };

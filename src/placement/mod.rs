@@ -54,7 +54,7 @@ mod touch;
 
 use crate::{Error, Result};
 pub use frame::{Creepages, Frame, Motion};
-pub use gap::{finer_grid_lines, grid_lines, tight_grid_lines, Gap};
+pub use gap::{finer_grid_lines, fitted_grid_lines, grid_lines, rough_grid_lines, Gap};
 pub use hertz::{Ellipse, Press};
 pub use places::{ContactPlace, MovableWheel};
 use pose::Wheel;

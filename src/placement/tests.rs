@@ -23,7 +23,6 @@ fn standard(side: TrackSide, lateral: f64, yaw: f64, roll: f64) -> Placed {
     placement(side, lateral, yaw, roll).place(&s1002().unwrap(), &rail_60e1().unwrap()).unwrap()
 }
 
-/// The example of `docs/explanation/placement.md`.
 /// Nodes an eighth of the smaller extent apart; along a contact twelve times as long as wide as many lines as there
 /// may be.
 #[test]
@@ -36,6 +35,33 @@ fn lines_of_a_long_contact_are_further_apart() {
     assert!((x[96] - 1.7 * 12e-3).abs() < 1e-15 && (y[1] - y[0] - 0.125e-3).abs() < 1e-15);
 }
 
+/// Grids of one of several contacts: over its closed part and 0.4 of the halves on either side, finer across.
+#[test]
+fn fitted_lines_follow_the_closed_part_of_a_contact() {
+    let [x, y] = fitted_grid_lines([[-4e-3, 4e-3], [-0.2e-3, 1.0e-3]], 8.0);
+    let spacing = 0.6e-3 / 8.0;
+    assert!((y[1] - y[0] - spacing).abs() < 1e-15 && y.iter().any(|y| y.abs() < 1e-15));
+    assert!(y[0] <= -0.44e-3 && y[0] > -0.44e-3 - spacing && y[y.len() - 1] >= 1.24e-3);
+    assert!((96..=98).contains(&x.len()) && x[0] <= -5.6e-3 && x[x.len() - 1] >= 5.6e-3);
+}
+
+/// A contact that ends where another one begins has a part of its force on the line there, one that ends by itself
+/// none.
+#[test]
+fn force_at_a_neighbour_is_told() {
+    let open = 0.01;
+    let gap = Gap {
+        x: vec![0.0, 1.0],
+        y: vec![0.0, 1.0, 2.0],
+        gap: vec![0.0, 0.0, 1e-5, 1e-5, open, open],
+        beyond: vec![false; 6],
+    };
+    let pressure = |values: [f64; 6]| gap.share_at_neighbour(|i| values[i]);
+    assert_eq!(pressure([3.0, 0.0, 0.5, 0.5, 0.0, 0.0]), 0.25);
+    assert_eq!(pressure([3.0, 1.0, 0.0, 0.0, 0.0, 0.0]), 0.0);
+}
+
+/// The example of `docs/explanation/placement.md`.
 #[test]
 fn the_example_of_the_page() {
     let placed = standard(TrackSide::Right, -4e-3, 0.010, 0.0);

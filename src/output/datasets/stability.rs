@@ -287,14 +287,25 @@ pub fn of_point(all: &Comparison, listed: usize) -> Vec<Table> {
 /// Tables of the state in the group `/stability`; with the coefficient of friction where it is `varying`.
 pub fn equilibrium(s: &Equilibrium, varying: bool) -> Vec<Table> {
     let moves = if s.sliding { "sliding" } else { "rolling" };
+    // Forces of several contacts have frames of their own and no sum.
+    let contacts = s.patches.len();
+    let (rows, of_each): (&[usize], &str) =
+        if contacts > 1 { (&[contacts, 3], ", a row for each contact in its frame") } else { (&[3], "") };
     let mut tables = vec![
-        Table::list(
+        Table::new(
             "/stability/force",
             "N",
-            &format!("Contact force (x, y, z) on body 1 in steady {moves}."),
-            s.force.to_vec(),
+            &format!("Contact force (x, y, z) on body 1 in steady {moves}{of_each}."),
+            rows,
+            s.patches.iter().flat_map(|p| p.force).collect::<Vec<f64>>(),
         ),
-        Table::scalar("/stability/approach", "m", &format!("Rigid approach in steady {moves}."), s.patches[0].approach),
+        Table::new(
+            "/stability/approach",
+            "m",
+            &format!("Rigid approach in steady {moves}{}.", if contacts > 1 { ", of each contact" } else { "" }),
+            &rows[..rows.len() - 1],
+            s.patches.iter().map(|p| p.approach).collect::<Vec<f64>>(),
+        ),
         Table::list(
             "/stability/pressure",
             "Pa",
