@@ -433,6 +433,7 @@ impl Body for Swept<'_> {
             orders: all.iter().map(|seen| (seen.order, seen.vectors.clone())).collect(),
             list: list.iter().map(|m| (place(m), m.index, m.family)).collect(),
         });
+        let in_bearings = suspended::energies(&self.forms, &even, recombined.as_ref());
         let mut omega: Vec<f64> = list.iter().map(Member::omega).collect();
         let mut seen = self.seen_at(&self.contacts(), &even);
         let mut rotation = self.rotates.then(|| rotation(&even));
@@ -450,7 +451,7 @@ impl Body for Swept<'_> {
             residual: list.iter().map(|m| m.of.residual[m.index]).collect(),
             rows: self.world.is_root().then_some(rows),
             damping,
-            springs: damping::stored(&self.forms, &list),
+            springs: damping::stored(&self.forms, &list, &in_bearings),
             reach: match extent {
                 Extent::MaxFrequency(f) => 2.0 * PI * f,
                 Extent::Count(_) => omega.last().copied().unwrap_or(0.0),

@@ -1,8 +1,8 @@
 //! Statics of order 0 of a body that is free to turn about its axle: a wheelset whose bearings exert no torque.
 //!
-//! The rigid torsion φ = (0, r, 0)/√I_p takes no part: u = K⁺f with M-orthogonality to φ. The load without its torque, f
-//! − Mφ φᵀf, is borne by K + sM with a shift s far below all elastic eigenvalues; a second round, with sMu on the right
-//! side, leaves (s/ω²)² of the error.
+//! The rigid torsion φ = (0, r, 0)/√I_p takes no part: u = K⁺f is M-orthogonal to φ. The load without its torque, f
+//! − Mφ φᵀf, is borne by K + sM with a shift s far below all elastic eigenvalues. Further rounds, with sMu on the
+//! right side, leave powers of s/ω² of the error.
 
 use super::skyline_ldlt::Factor;
 use super::{Forms, Path};

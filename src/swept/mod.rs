@@ -75,7 +75,7 @@ pub use springs::EdgeSprings;
 pub use track::{Layer, Sleeper, Track};
 pub use turn::{both_turned, turned, turned_between};
 pub use wheel::{w920s, Wheel, WheelShape};
-pub use wheelset::{Axle, JOURNALS, SEATS};
+pub use wheelset::{SolidAxle, JOURNALS, SEATS};
 
 #[cfg(test)]
 mod tests;

@@ -9,7 +9,7 @@
 
 use super::builtin::Lines;
 use super::refine::refined;
-use super::wheelset::{self, Axle};
+use super::wheelset::{self, SolidAxle};
 use super::{Focus, Path, Section, SectionContact, SectionLayer, Spot};
 use crate::{Error, Result};
 use std::f64::consts::PI;
@@ -32,7 +32,7 @@ pub struct WheelShape {
     /// Ring of another material between two radii of the rim.
     pub layer: Option<(SectionLayer, [f64; 2])>,
     /// Solid axle with an equal wheel at its other end.
-    pub axle: Option<Axle>,
+    pub axle: Option<SolidAxle>,
 }
 
 impl WheelShape {

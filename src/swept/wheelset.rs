@@ -9,7 +9,7 @@ use super::{Element, Focus, Section};
 
 /// Solid axle of two equal wheels, m: y along the axle as of the wheel.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Axle {
+pub struct SolidAxle {
     /// y of the middle of the wheelset: half the distance of the running circles.
     pub middle: f64,
     /// Radius between the wheels.
@@ -22,7 +22,7 @@ pub struct Axle {
     pub bearing: f64,
 }
 
-impl Axle {
+impl SolidAxle {
     /// The axle of the benchmark wheelset: radius 80 mm between the wheels, 95 mm in the wheel seats; journals of the
     /// radius 65 mm up to 1100 mm from the middle, bearings at 1000 mm; running circles 1500 mm apart.
     pub fn w920s() -> Self {
@@ -49,13 +49,13 @@ const SAME: f64 = 1e-7;
 impl WheelShape {
     /// The benchmark wheelset: two wheels W920S with their flanges to the inside.
     pub fn w920s_wheelset() -> Self {
-        Self { name: "W920S-wheelset", axle: Some(Axle::w920s()), ..Self::w920s() }
+        Self { name: "W920S-wheelset", axle: Some(SolidAxle::w920s()), ..Self::w920s() }
     }
 }
 
 /// The section of a wheelset of the wheels `shape` on `axle`, y = 0 at `offset`, m, with small elements at the places
 /// `at`, (r, y), of its first wheel.
-pub(super) fn made(shape: &WheelShape, axle: &Axle, offset: f64, at: &[[f64; 2]], focus: Focus) -> Section {
+pub(super) fn made(shape: &WheelShape, axle: &SolidAxle, offset: f64, at: &[[f64; 2]], focus: Focus) -> Section {
     let middle = axle.middle - offset;
     let named = |mut section: Section| {
         let pick = |inside: &dyn Fn([f64; 2]) -> bool| -> Vec<usize> {

@@ -37,7 +37,7 @@ fn the_right_hand_wheel_is_the_mirror_image_of_the_left_hand_one() {
     }
 }
 
-/// What holds a wheelset, and what does not, is said with the key.
+/// Refusals of wheelsets that are not held, or held twice, name the key.
 #[test]
 fn wheelsets_that_are_not_held_are_refused() {
     let refused = |change: &dyn Fn(&mut Value), message: &str| {

@@ -50,6 +50,33 @@ pub(super) fn recombined(forms: &Forms, list: &[Member]) -> Result<Option<Recomb
     Ok(Some(Recombined { omega: order.iter().map(|&k| omega[k]).collect(), order, components }))
 }
 
+/// Energies Σ k p² of the modes of the body in the springs of the bearings, 1/s², `[m]`: `list` has the modes with the
+/// mean stiffness, `found` what becomes of them. Empty without bearings.
+pub(super) fn energies(forms: &Forms, list: &[Member], found: Option<&Recombined>) -> Vec<f64> {
+    let bearings: Vec<[f64; 3]> = forms.bearings().map(|b| b.stiffness).collect();
+    if bearings.is_empty() {
+        return Vec::new();
+    }
+    let own = Mat::from_fn(bearings.len(), list.len(), |j, k| list[k].of.bearings[(j, list[k].index)]);
+    let energy = |k: usize| {
+        let place = found.map_or(k, |found| found.order[k]);
+        let Member { of, family, .. } = list[place];
+        let moved = |j: usize| match found {
+            Some(found) if of.order == 1 => {
+                (0..list.len()).map(|i| own[(j, i)] * found.components[(i, k)]).sum::<f64>()
+            }
+            _ => own[(j, place)],
+        };
+        let along = match (of.order, family) {
+            (0, _) => 1,
+            (1, 0) => 2,
+            _ => 0,
+        };
+        bearings.iter().enumerate().map(|(j, stiffness)| stiffness[along] * moved(j).powi(2)).sum()
+    };
+    (0..list.len()).map(energy).collect()
+}
+
 impl Recombined {
     /// ZᵀAZ of a matrix between the modes.
     pub fn between(&self, a: &Mat<f64>) -> Mat<f64> {
@@ -104,8 +131,14 @@ mod tests {
                 .norm_max()
                 < 1e-12
         );
-        // Elastic modes hardly move with springs so soft.
+        // All of a rigid motion is in the springs, and next to nothing of the last mode.
         let last = list.len() - 1;
+        let stored = energies(&forms, &list, Some(&found));
+        for k in 0..4 {
+            assert!((stored[k] / found.omega[k].powi(2) - 1.0).abs() < 1e-3, "{stored:?}");
+        }
+        assert!(stored[last] < 1e-4 * found.omega[last].powi(2));
+        // Elastic modes hardly move with springs so soft.
         assert!((found.omega[last] / list[last].omega() - 1.0).abs() < 1e-5);
         let even = at(0.0);
         let same = [Bearing { stiffness: [5e3; 3], ..even }, Bearing { stiffness: [5e3; 3], place: [0.0, 1.0] }];
