@@ -241,19 +241,18 @@ fn made(shape: &WheelShape, offset: f64, at: &[[f64; 2]], focus: Focus) -> Secti
         breaks.extend([*from, 0.5 * (from + to), *to]);
     }
     let mut across: Vec<f64> = [shape.hub[0], field, web[0], web[1], face, back, shape.hub[1]].to_vec();
-    if let Some(axle) = &shape.axle {
-        breaks.extend([0.0, axle.journal, axle.radius]);
-        across.extend([axle.end, axle.bearing, axle.middle]);
-    }
     for lines in [&mut breaks, &mut across] {
         lines.sort_by(f64::total_cmp);
         lines.dedup_by(|b, a| *b - *a < SAME);
     }
     let across: Vec<f64> = across.into_iter().map(|y| y - offset).collect();
-    let r = focus.lines(&breaks, &radii, &[hub, rim]);
+    let mut r = focus.lines(&breaks, &radii, &[hub, rim]);
     // Shear waves of a soft layer are short: its elements are about square.
     let largest = shape.layer.as_ref().map_or(focus.largest, |(_, [from, to])| focus.largest.min(0.5 * (to - from)));
-    let y = Focus { largest, ..focus }.lines(&across, &places, &web.map(|y| y - offset));
+    let mut y = Focus { largest, ..focus }.lines(&across, &places, &web.map(|y| y - offset));
+    if let Some(axle) = &shape.axle {
+        axle.extend(&mut r, &mut y, offset);
+    }
     let inside = |r: f64, y: f64| {
         let y = y + offset;
         match r {

@@ -29,6 +29,19 @@ impl SolidAxle {
         Self { middle: 0.75, radius: 0.080, journal: 0.065, end: -0.35, bearing: -0.25 }
     }
 
+    /// Extends the lines along r and y of a wheel, y = 0 at `offset`, to those of its half of the wheelset.
+    pub(super) fn extend(&self, r: &mut Vec<f64>, y: &mut Vec<f64>, offset: f64) {
+        let focus = Focus { size: LARGEST, reach: 0.0, corner: LARGEST, largest: LARGEST };
+        let between = |breaks: &[f64]| focus.lines(breaks, &[], &[]);
+        let (Some(&bore), Some(&first), Some(&last)) = (r.first(), y.first(), y.last()) else { return };
+        let inside = between(&[0.0, self.journal, self.radius, bore]);
+        r.splice(..1, inside);
+        let beyond = between(&[last, self.middle - offset]);
+        y.extend(&beyond[1..]);
+        let before = between(&[self.end - offset, self.bearing - offset, first]);
+        y.splice(..1, before);
+    }
+
     /// Returns whether the axle has the place (r, y), m, below the bore of a wheel whose hub has the ends `hub`.
     pub(super) fn holds(&self, [from, to]: [f64; 2], [r, y]: [f64; 2]) -> bool {
         match y {
@@ -43,6 +56,8 @@ impl SolidAxle {
 pub const SEATS: &str = "seats";
 /// Group of its journals.
 pub const JOURNALS: &str = "journals";
+/// Edge length of the axle, m: waves of its bending are longer than 0.3 m up to 6 kHz.
+const LARGEST: f64 = 0.04;
 /// Nodes nearer than this are one, m.
 const SAME: f64 = 1e-7;
 
