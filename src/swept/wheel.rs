@@ -32,7 +32,7 @@ pub struct WheelShape {
     /// Ring of another material between two radii of the rim.
     pub layer: Option<(SectionLayer, [f64; 2])>,
     /// Solid axle with an equal wheel at its other end.
-    pub axle: Option<SolidAxle>,
+    pub axle: Option<&'static SolidAxle>,
 }
 
 impl WheelShape {

@@ -25,9 +25,7 @@ pub struct SolidAxle {
 impl SolidAxle {
     /// The axle of the benchmark wheelset: radius 80 mm between the wheels, 95 mm in the wheel seats; journals of the
     /// radius 65 mm up to 1100 mm from the middle, bearings at 1000 mm; running circles 1500 mm apart.
-    pub fn w920s() -> Self {
-        Self { middle: 0.75, radius: 0.080, journal: 0.065, end: -0.35, bearing: -0.25 }
-    }
+    pub const W920S: Self = Self { middle: 0.75, radius: 0.080, journal: 0.065, end: -0.35, bearing: -0.25 };
 
     /// Extends the lines along r and y of a wheel, y = 0 at `offset`, to those of its half of the wheelset.
     pub(super) fn extend(&self, r: &mut Vec<f64>, y: &mut Vec<f64>, offset: f64) {
@@ -64,7 +62,7 @@ const SAME: f64 = 1e-7;
 impl WheelShape {
     /// The benchmark wheelset: two wheels W920S with their flanges to the inside.
     pub fn w920s_wheelset() -> Self {
-        Self { name: "W920S-wheelset", axle: Some(SolidAxle::w920s()), ..Self::w920s() }
+        Self { name: "W920S-wheelset", axle: Some(&SolidAxle::W920S), ..Self::w920s() }
     }
 }
 
