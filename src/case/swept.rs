@@ -279,8 +279,10 @@ pub fn size(body: &job::Body) -> Result<[usize; 2]> {
     if let Some(extruded) = rail::extruded(body) {
         return rail::size(extruded);
     }
-    let section = section(body)?.for_modes()?;
+    let given = section(body)?;
+    let section = given.for_modes()?;
     held(body, &section)?;
+    given.bearings(&section, &bearings(body))?;
     Ok([section.nodes.len(), section.elements.len()])
 }
 
