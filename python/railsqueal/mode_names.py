@@ -76,8 +76,7 @@ def travelling(table: ComplexModes, place: int, body: str) -> str:
 
 def family(table: Modes, k: int) -> str:
     """Kind of motion: `axial` of the first one with these nodal diameters, `axial 1` of the next one."""
-    word, _, number = table.family[k].partition(" ")
-    return word if number in ("", "0") else f"{word} {number}"
+    return table.family[k].removesuffix(" 0")
 
 
 def of_kind(table: Modes, k: int, word: str) -> str:

@@ -3,21 +3,26 @@
 //! go with x and y ("hybrid").
 
 mod damping;
+mod naming;
+mod suspended;
 
 use super::clusters;
 use super::half_space::HalfSpace;
-use super::hybrid::{Compact, Hybrid};
+use super::hybrid::{statics, Compact, Hybrid};
 use super::mode_cache::{by_ranks, CachedModes};
 use super::modes::Extent;
 use super::rotation::ModalRotation;
-use super::{Body, ContactSpec, Kind, ModeLabel, ProgressFn, TraceModes};
+use super::{Body, ContactSpec, Kind, ProgressFn, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, limit_of, of_order, seen};
 use crate::swept::{family_shares, turned, Attachment, EdgeSprings, Forms, Given, LineLoad, Prestress, Seen, LOADS};
-use crate::swept::{DisplayMesh, OrderModes, Outline, OutlineModes, PictureModes, RunningPlace, SectionContact};
+use crate::swept::{
+    Bearing, DisplayMesh, Mirror, OrderModes, Outline, OutlineModes, PictureModes, RunningPlace, SectionContact,
+};
 use crate::{Error, Result};
 use faer::Mat;
+use naming::names;
 use std::collections::BTreeSet;
 use std::f64::consts::PI;
 use std::rc::Rc;
@@ -38,6 +43,8 @@ pub struct RevolvedSpec<'a> {
     pub springs: &'a [EdgeSprings],
     /// Tuned absorbers and ring dampers, with their places as the job gives them.
     pub attachments: &'a [Attachment],
+    /// Springs of the bearings of a wheelset, with their y as the job gives it.
+    pub suspension: &'a [Bearing],
     /// True if it rotates.
     pub rotates: bool,
     /// Its contacts.
@@ -56,6 +63,10 @@ pub struct Swept<'w> {
     forms: Rc<Forms>,
     fixed: Vec<String>,
     springs: Vec<EdgeSprings>,
+    /// Bearings with their places in the frame of the section.
+    bearings: Vec<Bearing>,
+    /// Mirror images of the nodes of a wheelset.
+    mirror: Option<Mirror>,
     rotates: bool,
     tilt: f64,
     /// Frame and place of each contact, and its grid in `contact`.
@@ -94,7 +105,9 @@ fn forms(name: &str, making: &RevolvedSpec) -> Result<Forms> {
     let body = |e: Error| e.context(format!("bodies.{name}"));
     let section = making.section.for_modes().map_err(body)?;
     let attached = making.section.attached(&section, making.attachments)?;
-    Forms::carrying(section, making.material, (making.fixed, making.springs), &attached).map_err(body)
+    let bearings = making.section.bearings(&section, making.suspension).map_err(body)?;
+    let forms = Forms::carrying(section, making.material, (making.fixed, making.springs), &attached).map_err(body)?;
+    Ok(forms.on_bearings(&bearings))
 }
 
 impl<'w> Swept<'w> {
@@ -108,7 +121,10 @@ impl<'w> Swept<'w> {
         let outline = forms.section.outline(&clamped).map(bare).map_err(|e| e.context(format!("bodies.{name}")));
         let grids = making.contacts.iter().map(|c| c.lines.map(<[f64]>::to_vec)).collect();
         let place = |c: &ContactSpec<RunningPlace>| ContactPlace { tilt: c.tilt, place: c.place, along: c.along };
+        let symmetric = making.section.middle().filter(|_| making.attachments.is_empty());
         Ok(Self {
+            bearings: forms.bearings().copied().collect(),
+            mirror: symmetric.and_then(|middle| Mirror::new(&forms.section, middle)),
             outline,
             picture: None,
             found: None,
@@ -202,7 +218,14 @@ impl<'w> Swept<'w> {
             steps(found, 0);
             let loads = self.loads(&contacts, n);
             let nodes = self.outline.as_ref().map_or(&[][..], |o| &o.outline.nodes);
-            let seen = |modes| Seen::of(forms, &modes, &loads, prestress).with_outline(forms, &modes, nodes);
+            let seen = |mut modes| {
+                let parity = self.mirror.as_ref().map(|mirror| mirror.separate(forms, &mut modes));
+                let seen = Seen::of(forms, &modes, &loads, prestress).with_outline(forms, &modes, nodes);
+                match parity {
+                    Some(parity) => seen.with_parity(parity),
+                    None => seen,
+                }
+            };
             let mine = of_order(forms, n, limit).map(seen);
             let all = Seen::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))?;
             found += all.iter().map(Seen::count).sum::<usize>();
@@ -291,22 +314,6 @@ fn members(all: &[Seen]) -> Vec<Member<'_>> {
     list
 }
 
-/// Component with the largest motion: names of U, V and W.
-const KINDS: [&str; 3] = ["radial", "circumferential", "axial"];
-
-/// Names of the modes of all orders: what moves most, numbered from 0 within an order, by frequency.
-fn names(all: &[Seen], list: &[Member]) -> Vec<ModeLabel> {
-    let kind = |shares: &[f64; 3]| (0..3).max_by(|&a, &b| shares[a].total_cmp(&shares[b])).unwrap_or(0);
-    let number = |seen: &Seen, index: usize| {
-        let own = kind(&seen.shares[index]);
-        let before = seen.shares[..index].iter().filter(|s| kind(s) == own).count();
-        ModeLabel { order: seen.order as u32, family: format!("{} {before}", KINDS[own]) }
-    };
-    let named: std::collections::BTreeMap<usize, Vec<ModeLabel>> =
-        all.iter().map(|seen| (seen.order, (0..seen.omega.len()).map(|k| number(seen, k)).collect())).collect();
-    list.iter().map(|m| named[&m.of.order][m.index].clone()).collect()
-}
-
 /// The modes of `list` on the outline, by orders.
 fn on_outline(list: &[Member]) -> Vec<OrderModes> {
     let orders: BTreeSet<usize> = list.iter().map(|m| m.of.order).collect();
@@ -339,11 +346,13 @@ fn rotation(list: &[Member]) -> ModalRotation {
         _ => 0.0,
     };
     let same = |a: &Member, b: &Member| f64::from(u8::from(a.index == b.index));
+    // A body that turns freely about its axle has no stiffness against it at any speed, but for rounding.
+    let free = |m: &Member| m.of.order == 0 && m.omega() == 0.0;
     ModalRotation {
         gyroscopic: between(&|a, b| 2.0 * sign(a, b) * a.of.rotation.coupling[(a.index, b.index)]),
         stiffness: between(&|a, b| match a.family == b.family {
-            true => a.of.rotation.stiffness[(a.index, b.index)],
-            false => 0.0,
+            true if !free(a) && !free(b) => a.of.rotation.stiffness[(a.index, b.index)],
+            _ => 0.0,
         }),
         derivative: between(&|a, b| sign(a, b) * a.of.order as f64 * same(a, b)),
     }
@@ -380,7 +389,8 @@ impl Body for Swept<'_> {
         let own = self.places.iter().zip(&radii).filter(|(at, _)| at.place.is_none()).map(|(_, &radius)| radius);
         all.insert(0, own.fold(f64::INFINITY, f64::min));
         let section = self.making.for_loads_at(&others, &all)?;
-        let forms = Forms::sprung(section, self.forms.material, &self.fixed, &self.springs)?;
+        let forms =
+            Forms::sprung(section, self.forms.material, &self.fixed, &self.springs)?.on_bearings(&self.bearings);
         let contacts = self.contacts();
         let tilts = self.against_loads(&contacts);
         let made = self.contact.make(self.world, &forms, &contacts, &tilts);
@@ -407,6 +417,12 @@ impl Body for Swept<'_> {
         let mut list = members(&all);
         list.truncate(keep);
         damping::refuse_coupled(&self.forms, &list)?;
+        // The modes with equal springs along x and z, and those of the body.
+        let even = list.clone();
+        let recombined = suspended::recombined(&self.forms, &even)?;
+        if let Some(found) = &recombined {
+            list = found.order.iter().map(|&k| even[k]).collect();
+        }
         if let Ok(outline) = &mut self.outline {
             (outline.orders, outline.count) = (on_outline(&list), list.len());
         }
@@ -417,19 +433,30 @@ impl Body for Swept<'_> {
             orders: all.iter().map(|seen| (seen.order, seen.vectors.clone())).collect(),
             list: list.iter().map(|m| (place(m), m.index, m.family)).collect(),
         });
-        let omega: Vec<f64> = list.iter().map(Member::omega).collect();
-        let seen = self.seen_at(&self.contacts(), &list);
+        let in_bearings = suspended::energies(&self.forms, &even, recombined.as_ref());
+        let mut omega: Vec<f64> = list.iter().map(Member::omega).collect();
+        let mut seen = self.seen_at(&self.contacts(), &even);
+        let mut rotation = self.rotates.then(|| rotation(&even));
+        let mut damping = damping::matrix(self.world, &self.forms, &even);
+        if let Some(found) = &recombined {
+            let with_even: Vec<f64> = even.iter().map(Member::omega).collect();
+            let moved = &seen * &found.components;
+            self.contact.add(statics(&found.omega, moved.as_ref()) - statics(&with_even, seen.as_ref()));
+            (omega, seen) = (found.omega.clone(), moved);
+            rotation = rotation.map(|r| found.rotation(&r));
+            damping = damping.map(|c| found.between(&c));
+        }
         let rows = self.contact.of_modes(&omega, &seen);
         let found = TraceModes {
             residual: list.iter().map(|m| m.of.residual[m.index]).collect(),
             rows: self.world.is_root().then_some(rows),
-            damping: damping::matrix(self.world, &self.forms, &list),
-            springs: damping::stored(&self.forms, &list),
+            damping,
+            springs: damping::stored(&self.forms, &list, &in_bearings),
             reach: match extent {
                 Extent::MaxFrequency(f) => 2.0 * PI * f,
-                Extent::Count(_) => list.last().map_or(0.0, Member::omega),
+                Extent::Count(_) => omega.last().copied().unwrap_or(0.0),
             },
-            rotation: self.rotates.then(|| rotation(&list)),
+            rotation,
             names: names(&all, &list),
             omega,
             computed: Vec::new(),
@@ -461,6 +488,7 @@ impl Body for Swept<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::body::ModeLabel;
     use crate::swept::RotationBlocks;
 
     fn seen(order: usize, omega: &[f64]) -> Seen {
@@ -485,6 +513,8 @@ mod tests {
             stored: vec![0.0; m],
             lost: Mat::zeros(m, m),
             viscous: Mat::from_fn(m, m, |i, j| (i * j) as f64),
+            parity: vec![0.0; m],
+            bearings: Mat::zeros(0, m),
             outline,
             vectors: Mat::zeros(0, m),
         }

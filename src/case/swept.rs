@@ -12,7 +12,7 @@ use crate::parallel::World;
 use crate::placement::Seat;
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::swept::{Cylinder, Drawn, EdgeSprings, Given, Path, RunningPlace, SectionLayer, Wheel, WheelShape};
+use crate::swept::{Bearing, Cylinder, Drawn, EdgeSprings, Given, Path, RunningPlace, SectionLayer, Wheel, WheelShape};
 use crate::{Error, Result};
 use std::rc::Rc;
 
@@ -27,6 +27,10 @@ pub(super) fn section(body: &job::Body) -> Result<Given> {
     let contact_offset = revolved.contact_offset;
     Ok(match &revolved.section {
         Section::W920S => Given::Wheel(Wheel::w920s(contact_offset)),
+        Section::W920SWheelset => {
+            let shape = WheelShape::w920s_wheelset();
+            Given::Wheel(Wheel { shape, offset: contact_offset, height: None, mirrored: false })
+        }
         Section::Wheel(wheel) => {
             let shape = shape(wheel);
             Given::Wheel(Wheel { shape, offset: contact_offset, height: None, mirrored: false })
@@ -63,6 +67,7 @@ fn shape(wheel: &WheelDimensions) -> WheelShape {
         web: [wheel.web_thickness, at_rim, at_hub],
         rim: wheel.rim(),
         layer,
+        axle: None,
     }
 }
 
@@ -174,7 +179,7 @@ fn made<'p>(
     section: Given,
     (contacts, tilt): (&[ContactSpec<RunningPlace>], f64),
 ) -> Result<Swept<'p>> {
-    let (material, springs) = (material_of(body)?, springs(body));
+    let (material, springs, suspension) = (material_of(body)?, springs(body), bearings(body));
     let carried = absorbers::carried(name, body, &section)?;
     let making = RevolvedSpec {
         section,
@@ -182,6 +187,7 @@ fn made<'p>(
         fixed: &body.fixed,
         springs: &springs,
         attachments: &carried.attachments,
+        suspension: &suspension,
         rotates: body.rotates(),
         contacts,
         tilt,
@@ -217,6 +223,13 @@ fn springs(body: &job::Body) -> Vec<EdgeSprings> {
         EdgeSprings { group: support.group.clone(), stiffness: [across, along, normal], per_area }
     };
     body.supports.iter().map(one).collect()
+}
+
+/// The bearings of a body on a primary suspension, at their places along the axle as the job gives them.
+fn bearings(body: &job::Body) -> Vec<Bearing> {
+    let Some(suspension) = &body.suspension else { return Vec::new() };
+    let stiffness = [suspension.longitudinal, suspension.lateral, suspension.vertical];
+    suspension.places().iter().map(|&y| Bearing { place: [0.0, y], stiffness }).collect()
 }
 
 /// The wheel `body` of a placement on a side of the track with its contacts, the same on every rank.
@@ -266,8 +279,10 @@ pub fn size(body: &job::Body) -> Result<[usize; 2]> {
     if let Some(extruded) = rail::extruded(body) {
         return rail::size(extruded);
     }
-    let section = section(body)?.for_modes()?;
+    let given = section(body)?;
+    let section = given.for_modes()?;
     held(body, &section)?;
+    given.bearings(&section, &bearings(body))?;
     Ok([section.nodes.len(), section.elements.len()])
 }
 
@@ -288,6 +303,7 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
                 && a.material == b.material
                 && a.fixed == b.fixed
                 && a.supports == b.supports
+                && a.suspension == b.suspension
                 && a.absorbers == b.absorbers
                 && a.ring_dampers == b.ring_dampers
                 && a.rotation == b.rotation

@@ -21,6 +21,9 @@ pub fn fe_inputs(job: &Job) -> Value {
         if !b.supports.is_empty() {
             body["supports"] = json!(b.supports);
         }
+        if b.suspension.is_some() {
+            body["suspension"] = json!(b.suspension);
+        }
         if !b.absorbers.is_empty() {
             body["absorbers"] = json!(b.absorbers);
         }

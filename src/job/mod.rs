@@ -151,7 +151,8 @@ impl Job {
             let Some(body) = body else { continue };
             // A wheel on a placement has its axle there.
             let axle = body.axle().is_some() || (placed && upper && body.is_meshed());
-            let can = inertia && body.matrices.is_none() && !body.fixed.is_empty() && axle;
+            let held = !body.fixed.is_empty() || body.suspension.is_some();
+            let can = inertia && body.matrices.is_none() && held && axle;
             let name = if can { RotationName::Rolling } else { RotationName::None };
             body.rotation.get_or_insert(Rotation::Named(name));
         }

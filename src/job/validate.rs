@@ -82,6 +82,7 @@ fn check_body(path: &str, body: &Body, faults: &mut Vec<String>) {
          mesh.revolved and of bodies that rotate; give by_frequency"
         ));
     }
+    swept::check_suspension(path, body, faults);
     match &body.mesh {
         None if body.profile.is_some() => {}
         None => faults.push(format!("{path}.mesh: missing; a body has a mesh and a material, or matrices")),
@@ -424,10 +425,17 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
             Some(contact) if contact.compliance.of_bodies() => {
                 let held =
                     |b: &Body| b.is_held() || b.is_half_space() || matches!(b.mesh, Some(MeshSource::Extruded(_)));
-                for (name, _) in job.bodies().iter().filter(|(_, b)| !held(b) && !b.is_meshed()) {
+                for (name, body) in job.bodies().iter().filter(|(_, b)| !held(b) && !b.is_meshed()) {
+                    let instead = match &body.mesh {
+                        Some(MeshSource::Revolved(r)) if r.section == Section::W920SWheelset => {
+                            ", or give its primary suspension, e.g. {\"longitudinal\": 10e6, \"lateral\": 5e6, \
+                             \"vertical\": 1e6} (N/m)"
+                        }
+                        _ => "",
+                    };
                     faults.push(format!(
                         "bodies.{name}.fixed: no fixed support, but analyses.{analysis} solves a static \
-                         problem; name a group to clamp, e.g. [\"inner\"]"
+                         problem; name a group to clamp, e.g. [\"inner\"]{instead}"
                     ));
                 }
                 for (name, _) in job.bodies().iter().filter(|(_, b)| !held(b) && b.is_meshed()) {

@@ -2,7 +2,7 @@
 
 use super::refine::refined;
 use super::wheel::Wheel;
-use super::{Attachment, Drawn, Element, Path, Section, SectionCell, SectionContact, Spot};
+use super::{Attachment, Bearing, Drawn, Element, Path, Section, SectionCell, SectionContact, Spot};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -274,6 +274,36 @@ impl Given {
             )))
         };
         attachments.iter().map(of).collect()
+    }
+
+    /// y of the middle of a wheelset in the frame of the section, m; none of another body.
+    pub fn middle(&self) -> Option<f64> {
+        let Given::Wheel(wheel) = self else { return None };
+        let beyond = wheel.shape.axle?.middle - wheel.offset;
+        Some(if wheel.mirrored { -beyond } else { beyond })
+    }
+
+    /// The bearings of a `suspension` on the surface of `section`: their y, counted from the middle of a built-in
+    /// wheelset to the right and in a drawing as it counts, becomes a place in the frame of the section.
+    pub fn bearings(&self, section: &Section, suspension: &[Bearing]) -> Result<Vec<Bearing>> {
+        let (offset, mirrored) = self.frame();
+        let of = |bearing: &Bearing| {
+            let [_, y] = bearing.place;
+            let here = match self.middle() {
+                Some(middle) => middle + y,
+                None if mirrored => offset - y,
+                None => y - offset,
+            };
+            let Some(radius) = section.outermost(here) else {
+                let [first, last] = section.extent()[1].map(|end| y + end - here);
+                return Err(Error::Job(format!(
+                    "suspension.journals: found y = {y} m, which is beside the section; expected a place between \
+                     {first:.4} and {last:.4} m"
+                )));
+            };
+            Ok(Bearing { place: [radius, here], ..*bearing })
+        };
+        suspension.iter().map(of).collect()
     }
 
     /// Height of the surface over the contact point at (x, y), m: 0 there, negative elsewhere.

@@ -14,7 +14,6 @@
 //! summed over every order with its own cosine and sine.
 
 use super::load::{HalfSpaceLoad, LineLoad, Patch, Square, FAMILY, LOADS};
-use super::skyline_ldlt::Factor;
 use super::{Forms, Path, SectionContact};
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
@@ -138,11 +137,19 @@ impl<'f> Constant<'f> {
     pub fn block(&self, index: usize, memory: &mut Vec<f64>) -> Result<Vec<Mat<f64>>> {
         let (n, width) = self.blocks[index];
         let forms = self.forms;
-        let factor = forms.factor_in(std::mem::take(memory), n, 0.0)?.positive("the statics of a swept body")?;
+        let free = n == 0 && forms.turns_freely();
+        let factor = match free {
+            true => forms.factor_free(std::mem::take(memory))?,
+            false => forms.factor_in(std::mem::take(memory), n, 0.0)?.positive("the statics of a swept body")?,
+        };
+        let solve = |first: usize, loads: MatRef<'_, f64>| match free {
+            true => forms.solve_free(&factor, loads),
+            false => factor.solve_from(first, loads),
+        };
         let of = |set: &Vec<Patch>| {
             let lines: Vec<LineLoad> =
                 set.iter().zip(&self.contacts).map(|(&patch, c)| LineLoad::at(forms, patch, n, c)).collect();
-            let means = order(forms, &factor, &lines);
+            let means = order(forms, solve, &lines);
             let mut all = Mat::zeros(means.nrows(), means.ncols());
             for (c, contact) in self.contacts.iter().enumerate() {
                 if first((n, width)) <= self.own[c] {
@@ -182,7 +189,8 @@ fn last_order(forms: &Forms, contact: &SectionContact, largest: f64) -> Result<u
     let section = &forms.section;
     let mut last = FEWEST;
     for spot in contact.spots() {
-        let ends = section.tread.iter().flat_map(|e| [e[0], e[1]].map(|k| spot.along(section.nodes[k])));
+        let tread = section.running_at(spot.origin[1]);
+        let ends = tread.iter().flat_map(|e| [e[0], e[1]].map(|k| spot.along(section.nodes[k])));
         let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
         let room = high.min(-low);
         if !(room >= largest) {
@@ -253,14 +261,15 @@ fn scaled([one, other]: [Patch; 2], of: impl Fn(usize, usize) -> f64) -> Square 
     std::array::from_fn(|c| std::array::from_fn(|d| of(c, d) / (rows[c] * columns[d])))
 }
 
-/// The means of the displacements of one order under each load, were all of one family, `[9T, 9T]`.
-fn order(forms: &Forms, factor: &Factor, lines: &[LineLoad]) -> Mat<f64> {
+/// The means of the displacements of one order under each load, were all of one family, `[9T, 9T]`; `solve` has the
+/// displacements from an amplitude on under loads that are 0 before it.
+fn order(forms: &Forms, solve: impl Fn(usize, MatRef<'_, f64>) -> Mat<f64>, lines: &[LineLoad]) -> Mat<f64> {
     let mut loads = Mat::zeros(forms.order(), LOADS * lines.len());
     for (c, line) in lines.iter().enumerate() {
         loads.as_mut().subcols_mut(LOADS * c, LOADS).copy_from(line.columns(forms.order()));
     }
     let first = lines.iter().map(LineLoad::first).min().unwrap_or(0);
-    let moved = factor.solve_from(first, loads.as_ref());
+    let moved = solve(first, loads.as_ref());
     let mut means = Mat::<f64>::zeros(loads.ncols(), loads.ncols());
     for (c, line) in lines.iter().enumerate() {
         for column in 0..loads.ncols() {

@@ -37,6 +37,11 @@ impl Drawn {
         running: &str,
     ) -> Result<Self> {
         let mut section = quadratic(nodes, faces)?;
+        if path == Path::Axle {
+            // What the drawing has on the axle lies there but for rounding.
+            let largest = section.nodes.iter().map(|x| x[0].abs()).fold(0.0, f64::max);
+            section.nodes.iter_mut().filter(|x| x[0].abs() <= SAME_PLACE * largest).for_each(|x| x[0] = 0.0);
+        }
         joined(&section)?;
         section.check(path)?;
         let border = border(&section)?;

@@ -2,9 +2,11 @@
 //! O. C. Zienkiewicz, R. L. Taylor, The Finite Element Method, 5th edition (2000), volume 2, chapter 9, with the
 //! signs of this module's families.
 
+mod axis;
 mod prestress;
 
 use super::attached::{Attachment, Rings};
+use super::bearings::{Bearing, Bearings};
 use super::numbering::reverse_cuthill_mckee;
 use super::skyline_ldlt::{Envelope, Factor, BLOCK};
 use super::springs::EdgeSprings;
@@ -12,6 +14,7 @@ use super::track::{Added, Track};
 use super::{Path, Section};
 use crate::fem::Material;
 use crate::{Error, Result};
+use axis::AxisNodes;
 use faer::{Mat, MatRef};
 use std::collections::{BTreeSet, HashMap};
 use std::rc::Rc;
@@ -43,7 +46,14 @@ pub struct Forms {
     track: Vec<Springs>,
     /// Tuned absorbers and ring dampers.
     pub(super) rings: Rings,
+    /// Bearings of a wheelset.
+    pub(super) bearings: Bearings,
+    /// Nodes on the axle of a solid body.
+    axis: AxisNodes,
 }
+
+/// Block of stiffness between (U, V, W) of two nodes.
+pub(super) type Block = [[f64; 3]; 3];
 
 /// Springs, N/m², and dashpots, N·s/m², between (U, V, W) of two nodes, each metre of a line.
 #[derive(Debug, Clone, Copy, Default)]
@@ -149,6 +159,7 @@ impl Forms {
         let (place, pairs) = number(&section, free, links);
         let empty = vec![[[0.0; 3]; 3]; pairs.columns.len()];
         let mass = vec![0.0; pairs.columns.len()];
+        let axis = if path == Path::Axle { AxisNodes::new(&section, &place, &pairs) } else { AxisNodes::default() };
         let stiffness = [empty.clone(), empty.clone(), empty];
         let blocks = pairs.iter().map(|(a, b, _)| (3 * a + 2, 3 * b));
         let envelope = Rc::new(Envelope::new(3 * pairs.rows(), blocks));
@@ -163,6 +174,8 @@ impl Forms {
             mass,
             track: Vec::new(),
             rings: Rings::default(),
+            bearings: Bearings::default(),
+            axis,
         };
         forms.assemble();
         Ok(forms)
@@ -179,9 +192,17 @@ impl Forms {
         self.rings = rings;
     }
 
-    /// Stiffness of rings and their springs at the order n, of each radian, by pairs.
-    fn of_rings(&self, n: usize) -> HashMap<usize, [[f64; 3]; 3]> {
-        self.rings.stiffness(n, |node| self.section.nodes[node][0])
+    /// Stiffness of rings, their springs and bearings at the order n, of each radian, by pairs.
+    fn of_rings(&self, n: usize) -> HashMap<usize, Block> {
+        let mut all = self.rings.stiffness(n, |node| self.section.nodes[node][0]);
+        self.bearings.add_stiffness(n, &mut all);
+        all
+    }
+
+    /// The same body on `bearings`, each at the place of the section that is nearest to its own.
+    pub fn on_bearings(mut self, bearings: &[Bearing]) -> Self {
+        self.bearings = Bearings::new(&self.section, bearings, |a, b| self.pair(a, b));
+        self
     }
 
     /// Adds springs, dashpots and mass of a track, or springs at edges.
@@ -234,6 +255,7 @@ impl Forms {
             || a.groups != b.groups
             || a.layers != b.layers
             || !self.rings.are_alike(&other.rings)
+            || !self.bearings.are_alike(&other.bearings)
         {
             return false;
         }
@@ -333,7 +355,18 @@ impl Forms {
                     }
                 }
             }
-            if sigma != 0.0 {
+            if self.axis.has(k) {
+                let raw: Block = std::array::from_fn(|c| {
+                    std::array::from_fn(|d| w * (zero[c][d] + x * (one[c][d] + x * two[c][d])))
+                });
+                let regular = if a == b { self.axis.held(n, k, raw) } else { self.axis.projected(n, k, raw) };
+                let inertia = self.axis.projected(n, k, scaled(&IDENTITY, w * sigma * self.mass[k]));
+                for c in 0..3 {
+                    for d in 0..if a == b { c + 1 } else { 3 } {
+                        values[at + BLOCK * d + c] = regular[c][d] - inertia[c][d];
+                    }
+                }
+            } else if sigma != 0.0 {
                 let inertia = w * sigma * self.mass[k];
                 (0..3).for_each(|c| values[at + BLOCK * c + c] -= inertia);
             }
@@ -349,13 +382,19 @@ impl Forms {
             if let Some(ring) = rings.get(&k) {
                 block.as_flattened_mut().iter_mut().zip(ring.as_flattened()).for_each(|(b, r)| *b += w * r);
             }
-            block
+            self.axis.projected(n, k, block)
         })
     }
 
     /// M x of columns at the order n, `[order, k]`.
     pub fn mass(&self, n: usize, x: MatRef<'_, f64>) -> Mat<f64> {
-        self.product(x, |k| scaled(&IDENTITY, self.path.whole(n) * self.mass[k]))
+        let inertia = |k: usize| scaled(&IDENTITY, self.path.whole(n) * self.mass[k]);
+        self.product(x, |k| self.axis.projected(n, k, inertia(k)))
+    }
+
+    /// Projects columns of amplitudes of the order n, `[order, k]`, on motions that are regular on the axle.
+    pub fn make_regular(&self, n: usize, x: &mut Mat<f64>) {
+        self.axis.project(n, x);
     }
 
     /// Applies rotation at the order n, at 1 rad/s, to columns: (K_σ − K_c) x with the prestress `sigma`. K_c alone
@@ -511,7 +550,8 @@ fn number(section: &Section, free: &[bool], links: &[[usize; 2]]) -> (Vec<Option
     let others = |k: usize| near[k].iter().filter(|&&b| b != k).filter_map(|&b| index[b]).collect();
     let neighbours: Vec<Vec<usize>> = kept.iter().map(|&k| others(k)).collect();
     // The running line comes last: of a solution under loads there nothing before it has to be made.
-    let last: BTreeSet<usize> = section.tread.iter().flatten().filter_map(|&k| index[k]).collect();
+    let tread = section.running_at(0.0);
+    let last: BTreeSet<usize> = tread.iter().flatten().filter_map(|&k| index[k]).collect();
     let order = reverse_cuthill_mckee(&neighbours, &last.into_iter().collect::<Vec<usize>>());
     let mut place = vec![None; near.len()];
     order.iter().enumerate().for_each(|(new, &i)| place[kept[i]] = Some(new));

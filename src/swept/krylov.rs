@@ -138,9 +138,11 @@ impl Space<'_> {
 
     /// Numbers in [−½, ½) from a linear congruence (D. E. Knuth, MMIX): the same in every run.
     fn random_column(&mut self) -> Mat<f64> {
-        Mat::from_fn(self.forms.order(), 1, |_, _| {
+        let mut column = Mat::from_fn(self.forms.order(), 1, |_, _| {
             self.random = self.random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
             (self.random >> 11) as f64 / (1u64 << 53) as f64 - 0.5
-        })
+        });
+        self.forms.make_regular(self.n, &mut column);
+        column
     }
 }

@@ -49,6 +49,10 @@ pub struct Seen {
     pub lost: Mat<f64>,
     /// ΦᵀCΦ of the dashpots of rings that the section carries, 1/s, `[m, m]`.
     pub viscous: Mat<f64>,
+    /// Parity of a mode of a mirror-symmetric section, 1 or −1 but for rounding, `[m]`; 0 of another one.
+    pub parity: Vec<f64>,
+    /// Mean displacement at each bearing, 1/√kg, `[bearings, m]`; see [`Forms::at_bearings`].
+    pub bearings: Mat<f64>,
     /// (U, W) at the nodes of the outline, 1/√kg, interleaved, `[2 · nodes, m]`; see [`Seen::with_outline`].
     pub outline: Mat<f64>,
     /// Amplitudes of the whole section, 1/√kg, `[amplitudes, m]`; as the ones before.
@@ -81,9 +85,17 @@ impl Seen {
             stored: (0..modes.omega.len()).map(|k| stored[(k, k)] + rings.stored[k]).collect(),
             lost,
             viscous: rings.viscous,
+            parity: vec![0.0; modes.omega.len()],
+            bearings: forms.at_bearings(modes.order, modes.vectors.as_ref()),
             outline: Mat::zeros(0, modes.omega.len()),
             vectors: Mat::zeros(0, modes.omega.len()),
         }
+    }
+
+    /// The same with the parity of each mode.
+    pub fn with_parity(mut self, parity: Vec<f64>) -> Self {
+        self.parity = parity;
+        self
     }
 
     /// The same with the modes' amplitudes, and with what the air sees of them, at these nodes of the section.
@@ -112,13 +124,14 @@ impl Seen {
     /// As one list of numbers.
     pub fn to_numbers(&self) -> Vec<f64> {
         let m = self.omega.len();
-        let rows = [&self.contact, &self.outline, &self.vectors].map(|matrix| matrix.nrows() as f64);
+        let tall = [&self.contact, &self.bearings, &self.outline, &self.vectors];
+        let rows = tall.map(|matrix| matrix.nrows() as f64);
         let mut list = [&[self.order as f64, m as f64], &rows[..]].concat();
         list.extend(self.omega.iter().chain(&self.residual));
-        list.extend(self.shares.as_flattened().iter().chain(&self.stored));
+        list.extend(self.shares.as_flattened().iter().chain(&self.stored).chain(&self.parity));
         let rotation = &self.rotation;
         let squares = [&rotation.coupling, &rotation.stiffness, &self.lost, &self.viscous];
-        for matrix in squares.into_iter().chain([&self.contact, &self.outline, &self.vectors]) {
+        for matrix in squares.into_iter().chain(tall) {
             list.extend(matrix.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()));
         }
         list
@@ -128,13 +141,13 @@ impl Seen {
     pub fn from_numbers(mut numbers: &[f64]) -> Result<Vec<Self>> {
         let mut all = Vec::new();
         while !numbers.is_empty() {
-            let [m, seen, rows, amplitudes] = [1, 2, 3, 4].map(|k| numbers.get(k).map_or(0, |n| *n as usize));
-            let length = 5 + 6 * m + 4 * m * m + (seen + rows + amplitudes) * m;
+            let [m, seen, rings, rows, amplitudes] = [1, 2, 3, 4, 5].map(|k| numbers.get(k).map_or(0, |n| *n as usize));
+            let length = 6 + 7 * m + 4 * m * m + (seen + rings + rows + amplitudes) * m;
             if numbers.len() < length {
                 return Err(Error::Defect(format!("modes of an order: {} numbers of {length}", numbers.len())));
             }
             let (mine, rest) = numbers.split_at(length);
-            let (list, matrices) = mine[5..].split_at(6 * m);
+            let (list, matrices) = mine[6..].split_at(7 * m);
             let matrix = |rows: usize, first: usize| Mat::from_fn(rows, m, |i, j| matrices[first + i + rows * j]);
             all.push(Self {
                 order: mine[0] as usize,
@@ -142,12 +155,14 @@ impl Seen {
                 residual: list[m..2 * m].to_vec(),
                 shares: list[2 * m..5 * m].chunks_exact(3).map(|c| std::array::from_fn(|k| c[k])).collect(),
                 rotation: RotationBlocks { coupling: matrix(m, 0), stiffness: matrix(m, m * m) },
-                stored: list[5 * m..].to_vec(),
+                stored: list[5 * m..6 * m].to_vec(),
+                parity: list[6 * m..].to_vec(),
                 lost: matrix(m, 2 * m * m),
                 viscous: matrix(m, 3 * m * m),
                 contact: matrix(seen, 4 * m * m),
-                outline: matrix(rows, 4 * m * m + seen * m),
-                vectors: matrix(amplitudes, 4 * m * m + (seen + rows) * m),
+                bearings: matrix(rings, 4 * m * m + seen * m),
+                outline: matrix(rows, 4 * m * m + (seen + rings) * m),
+                vectors: matrix(amplitudes, 4 * m * m + (seen + rings + rows) * m),
             });
             numbers = rest;
         }

@@ -135,14 +135,23 @@ impl Section {
 
     /// An error that names the element if one is inverted or, round an axle, reaches it.
     pub fn check(&self, path: Path) -> Result<()> {
+        let below = |&k: &usize| path == Path::Axle && self.nodes[k][0] < 0.0;
         for (number, element) in self.elements.iter().enumerate() {
+            if let Some(&node) = element.nodes.iter().find(|k| below(k)) {
+                let [r, y] = self.nodes[node];
+                return Err(Error::Input(format!(
+                    "element {} of the section: found a node at r = {r:.6} m, y = {y:.6} m, beyond the axle; expected \
+                     r ≥ 0: the section must lie beside the axle or, of a solid body, reach it",
+                    number + 1
+                )));
+            }
             for shape in element.kind.points() {
                 let (r, jacobian) = self.at(element, &shape);
                 if !(jacobian.determinant > 0.0) || (path == Path::Axle && !(r > 0.0)) {
                     return Err(Error::Input(format!(
                         "element {} of the section, at r = {r:.6} m: found the Jacobian {:.3e}, expected \
-                         Jacobian > 0 and, round an axle, r > 0; \
-                         elements must not be inverted, and the section must lie beside the axle",
+                         Jacobian > 0 and, round an axle, r > 0; elements must not be inverted, and the section must \
+                         lie beside the axle or, of a solid one, reach it",
                         number + 1,
                         jacobian.determinant
                     )));

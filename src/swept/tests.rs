@@ -17,8 +17,10 @@ mod flange;
 mod infinite;
 mod layers;
 mod rails;
+mod solid;
 mod straight;
 mod wheel;
+mod wheelset;
 
 /// The annular cylinders: E = 205 GPa, ν = 0.3, ρ = 7800 kg/m³.
 const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };

@@ -9,6 +9,7 @@
 
 use super::builtin::Lines;
 use super::refine::refined;
+use super::wheelset::{self, SolidAxle};
 use super::{Focus, Path, Section, SectionContact, SectionLayer, Spot};
 use crate::{Error, Result};
 use std::f64::consts::PI;
@@ -30,6 +31,8 @@ pub struct WheelShape {
     pub rim: [f64; 3],
     /// Ring of another material between two radii of the rim.
     pub layer: Option<(SectionLayer, [f64; 2])>,
+    /// Solid axle with an equal wheel at its other end.
+    pub axle: Option<&'static SolidAxle>,
 }
 
 impl WheelShape {
@@ -43,6 +46,7 @@ impl WheelShape {
             web: [0.024, 0.0, 0.0],
             rim: [-0.065, 0.040, 0.070],
             layer: None,
+            axle: None,
         }
     }
 
@@ -187,7 +191,10 @@ impl Wheel {
         self.refuse_untouchable()?;
         let carry = self.spots().into_iter().zip([self.face_share() < 1.0, self.face_share() > 0.0]);
         let at: Vec<[f64; 2]> = carry.filter(|(_, loaded)| *loaded).map(|(at, _)| at).collect();
-        let section = finer_at_corners(made(&self.shape, self.offset, &at, focus), &self.shape, self.offset);
+        let section = match &self.shape.axle {
+            Some(axle) => wheelset::made(&self.shape, axle, self.offset, &at, focus),
+            None => half(&self.shape, self.offset, &at, focus),
+        };
         section.check(Path::Axle)?;
         Ok(if self.mirrored { section.mirrored() } else { section })
     }
@@ -214,6 +221,12 @@ fn finer_at_corners(section: Section, shape: &WheelShape, offset: f64) -> Sectio
     })
 }
 
+/// Section of the wheel of a shape, with its half of the axle where it has one, and short edges at the corners of the
+/// web; y = 0 at `offset`, m, small elements at the places `at`, (r, y).
+pub(super) fn half(shape: &WheelShape, offset: f64, at: &[[f64; 2]], focus: Focus) -> Section {
+    finer_at_corners(made(shape, offset, at, focus), shape, offset)
+}
+
 /// Section of a shape with y = 0 at `offset`, m, and small elements at the places `at`, (r, y). The running line is the
 /// tread and the face of the flange.
 fn made(shape: &WheelShape, offset: f64, at: &[[f64; 2]], focus: Focus) -> Section {
@@ -233,13 +246,17 @@ fn made(shape: &WheelShape, offset: f64, at: &[[f64; 2]], focus: Focus) -> Secti
         lines.dedup_by(|b, a| *b - *a < SAME);
     }
     let across: Vec<f64> = across.into_iter().map(|y| y - offset).collect();
-    let r = focus.lines(&breaks, &radii, &[hub, rim]);
+    let mut r = focus.lines(&breaks, &radii, &[hub, rim]);
     // Shear waves of a soft layer are short: its elements are about square.
     let largest = shape.layer.as_ref().map_or(focus.largest, |(_, [from, to])| focus.largest.min(0.5 * (to - from)));
-    let y = Focus { largest, ..focus }.lines(&across, &places, &web.map(|y| y - offset));
+    let mut y = Focus { largest, ..focus }.lines(&across, &places, &web.map(|y| y - offset));
+    if let Some(axle) = &shape.axle {
+        axle.extend(&mut r, &mut y, offset);
+    }
     let inside = |r: f64, y: f64| {
         let y = y + offset;
         match r {
+            r if r < bore => shape.axle.is_none_or(|axle| axle.holds(shape.hub, [r, y])),
             r if r < hub => shape.hub[0] < y && y < shape.hub[1],
             r if r < rim => web[0] < y && y < web[1],
             r if r < tread => field < y && y < back,

@@ -41,3 +41,4 @@ mod track_decay;
 mod transient;
 mod uncertainty;
 mod usage;
+mod wheelset;

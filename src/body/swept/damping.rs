@@ -30,10 +30,12 @@ pub(super) fn matrix(world: &World, forms: &Forms, list: &[Member]) -> Option<Ma
     (is_lossy(forms) && world.is_root()).then(|| Mat::from_fn(list.len(), list.len(), between))
 }
 
-/// φᵀKφ of the modes in what has a loss factor of its own, 1/s², `[m]`; empty where nothing has.
-pub(super) fn stored(forms: &Forms, list: &[Member]) -> Vec<f64> {
-    if is_lossy(forms) {
-        list.iter().map(|m| m.of.stored[m.index]).collect()
+/// φᵀKφ of the modes in what has a loss factor of its own, 1/s², `[m]`; empty where nothing has. The springs of
+/// `bearings`, where there are some, have none and do not turn: loss factors of the modes are those of the material.
+pub(super) fn stored(forms: &Forms, list: &[Member], bearings: &[f64]) -> Vec<f64> {
+    if is_lossy(forms) || !bearings.is_empty() {
+        let of = |(k, m): (usize, &Member)| m.of.stored[m.index] + bearings.get(k).copied().unwrap_or(0.0);
+        list.iter().enumerate().map(of).collect()
     } else {
         Vec::new()
     }

@@ -38,6 +38,9 @@ pub struct Body {
     /// clamped, planes of symmetry, springs and dashpots, masses, ends that absorb.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub supports: Vec<super::Support>,
+    /// Primary suspension of a wheelset (`mesh.revolved` with a solid axle), which then is not clamped.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub suspension: Option<super::Suspension>,
     /// Tuned absorbers on a wheel that is swept from a section (`mesh.revolved`).
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub absorbers: Vec<super::Absorber>,
@@ -103,7 +106,7 @@ impl Body {
 
     /// Returns whether the job names something that holds the body, be it not in all directions.
     pub fn is_held(&self) -> bool {
-        !self.fixed.is_empty() || self.supports.iter().any(super::Support::holds)
+        !self.fixed.is_empty() || self.suspension.is_some() || self.supports.iter().any(super::Support::holds)
     }
 
     /// The file of a drawn section, and the key that names it.

@@ -24,6 +24,11 @@ pub struct Revolved {
 pub enum Section {
     /// The benchmark wheel W920S: bore of radius 95 mm, straight web, tread of radius 460 mm. It has the group `inner`.
     W920S,
+    /// The benchmark wheelset: two wheels W920S, 1500 mm apart, on a solid axle of the diameter 160 mm. It has the
+    /// groups `seats` and `journals`. Its contact is on the right-hand or the left-hand wheel, as the placement says;
+    /// without one on the left-hand wheel.
+    #[serde(rename = "W920S-wheelset")]
+    W920SWheelset,
     /// The annular cylinder. It has the groups `inner`, `outer`, `side_minus`, `side_plus`.
     #[serde(rename = "cylinder")]
     Cylinder(Ring),
@@ -104,6 +109,34 @@ pub struct Ring {
     pub crown_radius: Option<f64>,
 }
 
+/// Primary suspension of a wheelset: springs between its axle boxes and the bogie frame, which stands still. The
+/// boxes do not turn, and see the mean displacement of the journal: no torque about the axle, no moment.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Suspension {
+    /// Stiffness along the track, of each axle box, N/m.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N/m"))]
+    pub longitudinal: f64,
+    /// Stiffness along the axle, of each axle box, N/m.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N/m"))]
+    pub lateral: f64,
+    /// Vertical stiffness, of each axle box, N/m.
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N/m"))]
+    pub vertical: f64,
+    /// Places of the bearings along the axle, y, m: of W920S-wheelset from its middle to the right, where ±1 is the
+    /// default; of a file its x.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "m"))]
+    pub journals: Option<Vec<f64>>,
+}
+
+impl Suspension {
+    /// Places of the bearings along the axle, m.
+    pub fn places(&self) -> &[f64] {
+        self.journals.as_deref().unwrap_or(&[-1.0, 1.0])
+    }
+}
+
 /// Running part: the dimensions of a built-in body that touches.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Running {
@@ -123,7 +156,7 @@ impl Revolved {
         let offset = self.contact_offset;
         match &self.section {
             // Its tread, m.
-            Section::W920S => {
+            Section::W920S | Section::W920SWheelset => {
                 Running { radius: 0.460, crown: None, width: 0.105, room: (0.065 + offset).min(0.040 - offset) }
             }
             Section::Cylinder(c) => Running {

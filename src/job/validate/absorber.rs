@@ -19,7 +19,7 @@ pub fn check(path: &str, body: &Body, faults: &mut Vec<String>) {
         }
     };
     let unnamed = match section {
-        Section::W920S | Section::Wheel(_) => None,
+        Section::W920S | Section::W920SWheelset | Section::Wheel(_) => None,
         Section::Cylinder(_) => Some("the cylinder"),
         Section::File(_) => Some("a drawn section"),
     };

@@ -8,6 +8,47 @@ const MOST_LINES: f64 = 500.0;
 
 const RING_GROUPS: [&str; 4] = ["inner", "outer", "side_minus", "side_plus"];
 
+const WHEELSET_GROUPS: [&str; 2] = ["seats", "journals"];
+
+/// Adds the faults of the primary suspension of a body.
+pub fn check_suspension(path: &str, body: &Body, faults: &mut Vec<String>) {
+    let Some(suspension) = &body.suspension else { return };
+    let section = match &body.mesh {
+        Some(MeshSource::Revolved(Revolved { section, .. })) => section,
+        _ => {
+            return faults.push(format!(
+                "{path}.suspension: only for a wheelset that is swept from a section (mesh.revolved); give a body with \
+                 a mesh file bodies.*.supports"
+            ))
+        }
+    };
+    let journals = suspension.journals.as_deref();
+    match (section, journals) {
+        (Section::W920SWheelset, _) | (Section::File(_), Some(_)) => {}
+        (Section::File(_), None) => faults.push(format!(
+            "{path}.suspension.journals: missing; a drawing does not say where the bearings are, e.g. [-1.0, 1.0] (m)"
+        )),
+        _ => faults.push(format!(
+            "{path}.suspension: the section has no axle; expected \"W920S-wheelset\" or a file with a solid axle"
+        )),
+    }
+    if let Some(places) = journals {
+        let apart = places.iter().enumerate().all(|(i, y)| y.is_finite() && !places[..i].contains(y));
+        if places.len() < 2 || !apart {
+            faults.push(format!(
+                "{path}.suspension.journals: found {places:?}, expected two different places at least (m); one bearing \
+                 does not hold a wheelset"
+            ));
+        }
+    }
+    if !body.fixed.is_empty() || !body.supports.is_empty() {
+        faults.push(format!(
+            "{path}.suspension: given beside fixed or supports; a wheelset on its suspension is held by its bearings \
+             alone, leave one of the two out"
+        ));
+    }
+}
+
 /// Adds the faults of a swept body.
 pub fn check_body(path: &str, body: &Body, revolved: &Revolved, faults: &mut Vec<String>) {
     let key = format!("{path}.mesh.revolved.contact_offset");
@@ -21,14 +62,17 @@ pub fn check_body(path: &str, body: &Body, revolved: &Revolved, faults: &mut Vec
             );
             check_groups(path, body, "the section", &RING_GROUPS, faults);
         }
-        Section::W920S => {
+        Section::W920S | Section::W920SWheelset => {
+            let set = revolved.section == Section::W920SWheelset;
             if !(revolved.running().room > 0.0) {
                 faults.push(format!(
                     "{key}: found {} m, expected a place on the tread of W920S, between -0.065 and 0.040 m",
                     revolved.contact_offset
                 ));
             }
-            check_groups(path, body, "W920S", &RING_GROUPS[..1], faults);
+            let (what, groups) =
+                if set { ("W920S-wheelset", &WHEELSET_GROUPS[..]) } else { ("W920S", &RING_GROUPS[..1]) };
+            check_groups(path, body, what, groups, faults);
         }
         Section::Wheel(wheel) => {
             let at = format!("{path}.mesh.revolved.section.wheel");
