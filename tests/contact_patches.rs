@@ -642,7 +642,7 @@ fn in_time_patches_apart_are_single_ones() {
     for c in 0..2 {
         let pair = CoupledModel::new(&bodies[c], &rigid(n)).unwrap();
         let (alone, own) = run(&s, &pair, n * c, &rolling[c..=c], &kicks[2 * c..2 * c + 2]);
-        let load = -own.force[2];
+        let load = -own.force()[2];
         for k in 0..3 * n {
             let off = (found.reaction[3 * n * c + k] - alone.reaction[k]).abs();
             assert!(off < 1e-8 * load, "patch {c}: reaction {k} off by {off:e} of {load} N");
@@ -654,8 +654,8 @@ fn in_time_patches_apart_are_single_ones() {
         for (sum, v) in sums.iter_mut().zip([e.kinetic, e.elastic, e.friction, e.damping, e.drive, e.rolling]) {
             *sum += v;
         }
-        closed += own.closed;
-        (0..3).for_each(|k| force[k] += own.force[k]);
+        closed += own.closed();
+        (0..3).for_each(|k| force[k] += own.force()[k]);
     }
     let e = found.energy;
     for (sum, v) in sums.iter().zip([e.kinetic, e.elastic, e.friction, e.damping, e.drive, e.rolling]) {
@@ -664,3 +664,6 @@ fn in_time_patches_apart_are_single_ones() {
     assert_eq!(report.closed(), closed);
     assert!((0..3).all(|k| (report.force()[k] - force[k]).abs() < 1e-8 * force[2].abs()));
 }
+
+#[path = "patches/loaded.rs"]
+mod loaded;

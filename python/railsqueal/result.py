@@ -67,7 +67,7 @@ class Result:
             return self._derived[name]
         dataset = self._dataset(name)
         try:
-            if self.stopped and name.startswith("transient/"):
+            if self.stopped and name.startswith(("transient/", "transient_")):
                 return np.concatenate(list(self._pieces(name)))
             return dataset[()]
         except OSError as error:
