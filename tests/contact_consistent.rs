@@ -262,7 +262,7 @@ fn rolling(
         tolerance: 1e-10,
         drive: Loading::constant(load, problem.kinematics[0].creepage, problem.kinematics[0].speed),
     };
-    let start = State::at_rest(&model, &reaction, found.solution.motions[0]);
+    let start = State::at_rest(&model, &reaction, &found.solution.motions);
     let mut stepper = Stepper::new(model, settings, start).unwrap().consistent(augmentation(&problem)).unwrap();
     with(&mut stepper, &found);
 }

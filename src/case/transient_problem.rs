@@ -228,8 +228,8 @@ fn at_points(rolling: &TransientProblem<'_>) -> Result<Option<PointModel>> {
     Ok(Some(PointModel::under_load(pair, s, (reaction, found.friction), found.motions[0], span)))
 }
 
-/// Prescribed quantities in time, of rigid motions that begin with `motions`, m; `deflected` are the derivatives along x
-/// of a deflection of each contact that is part of the placement: its material passes too. Histories are of one
+/// Prescribed quantities in time, of rigid motions that begin with `motions`, m. `deflected` are the derivatives along
+/// x of a deflection of each contact that is part of the placement: its material passes too. Histories are of one
 /// contact.
 pub(crate) fn drive(
     wanted: &job::Transient,

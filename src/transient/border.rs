@@ -1,5 +1,5 @@
-//! Unknown rigid shifts of the contact, each with a prescribed resultant of the reactions: the borders of the problem of
-//! a step.
+//! Unknown rigid shifts of the contact, each with a prescribed resultant of the reactions: the borders of the problem
+//! of a step.
 //!
 //! A shift s moves (d_x, d_y, g) of the nodes of patch c by its column times s, and Σ_c Σ_i row_c · R_i is given. The
 //! total normal force of one patch has column and row (0, 0, 1), its approach is −s. A vertical motion of several
@@ -45,7 +45,7 @@ impl Border {
 
     /// Part of the reaction `r` of a node of patch `c` in the resultant, N.
     #[inline(always)]
-    pub fn part(&self, c: usize, r: &[f64]) -> f64 {
+    pub fn contribution(&self, c: usize, r: &[f64]) -> f64 {
         let row = &self.row[c];
         row[0] * r[0] + row[1] * r[1] + row[2] * r[2]
     }

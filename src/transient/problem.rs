@@ -350,7 +350,7 @@ impl StepProblem<'_> {
 
     /// Resultant of the reactions in a border, N.
     pub(super) fn resultant(&self, border: &Border, reaction: &[f64]) -> f64 {
-        reaction.chunks_exact(3).enumerate().map(|(i, r)| border.part(self.patch_of(i), r)).sum()
+        reaction.chunks_exact(3).enumerate().map(|(i, r)| border.contribution(self.patch_of(i), r)).sum()
     }
 
     /// Resultants of the reactions minus the prescribed ones, N, `[borders]`.

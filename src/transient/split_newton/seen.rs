@@ -196,7 +196,7 @@ fn resultant(p: &StepProblem<'_>, border: &Border, x: &SoaVec3) -> f64 {
         let row = border.row[0][2];
         return sum_over(n.len(), |i| row * n[i]);
     }
-    (0..p.nodes()).map(|i| border.part(p.patch_of(i), &[tx[i], ty[i], n[i]])).sum()
+    (0..p.nodes()).map(|i| border.contribution(p.patch_of(i), &[tx[i], ty[i], n[i]])).sum()
 }
 
 struct Add<'a> {

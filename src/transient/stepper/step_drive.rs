@@ -1,4 +1,4 @@
-//! What is prescribed over a step: creepages, spins, rigid motions, and the resultants that take their places.
+//! Quantities prescribed over a step: creepages, spins, rigid motions, and the resultants that take their places.
 
 use super::super::border::Border;
 use super::super::loading::{Loading, Normal, Tangential};
@@ -30,7 +30,7 @@ pub(super) struct StepDrive {
 }
 
 impl StepDrive {
-    /// Of the step of `h` (s) that begins at the time `t` (s) in the state `before`.
+    /// Quantities of the step of `h` (s) that begins at the time `t` (s) in the state `before`.
     pub(super) fn new(drive: &Loading, before: &State, t: f64, h: f64) -> Self {
         let (mut borders, mut unknown) = (Vec::new(), Vec::new());
         let mut creeps = vec![([0.0; 2], 0.0); drive.patches.len()];
