@@ -74,7 +74,8 @@ fn dumped(path: &str) {
                 friction: &FrictionLaw::Constant(mu[0]),
                 before: &[],
                 step: STEP,
-                total: [None; 3],
+                patch: &[],
+                borders: &[],
                 tolerance: RESIDUALS[c / STARTS.len()],
             };
             let (best, effort) = again(&problem, c % STARTS.len(), &free, &before);
@@ -101,7 +102,7 @@ fn report(times: &mut [Vec<f64>]) {
 /// Times `steps` steps in turn with products on as many contacts as are closed, and prints what a step took.
 fn measure(stepper: &mut Stepper<'_>, steps: usize, name: &str) {
     const TURNS: usize = 10;
-    let size = 3 * stepper.report().closed;
+    let size = 3 * stepper.report().closed();
     let data: Vec<f64> = (0..size * size).map(|k| (k % 97) as f64).collect();
     let operator = DelassusOperator::new(data);
     let (x, mut y) = (vec![1.0; size], vec![0.0; size]);
@@ -118,7 +119,7 @@ fn measure(stepper: &mut Stepper<'_>, steps: usize, name: &str) {
             stepper.advance().expect("step");
             let report = stepper.report();
             effort += report.effort;
-            for (seen, v) in [(&mut stick, report.stick), (&mut closed, report.closed)] {
+            for (seen, v) in [(&mut stick, report.stick()), (&mut closed, report.closed())] {
                 *seen = [seen[0] + v, seen[1].min(v), seen[2].max(v)];
             }
         }
@@ -238,8 +239,7 @@ fn half_spaces() {
         let reaction = nodal(&s, &rest.pressure, &rest.traction);
         for (energy, moves) in [(0.0, "steady rolling"), (0.1, "strongly shaken")] {
             let settings = settings(friction.clone(), rest.motions[0], creepage, speed);
-            let start =
-                State::at_rest(&model, &reaction, rest.motions[0]).remembering(&rest.friction).shaken(1, energy);
+            let start = State::at_rest(&model, &reaction, &rest.motions).remembering(&rest.friction).shaken(1, energy);
             let mut stepper = Stepper::new(model.clone(), settings, start).expect("stepper");
             for _ in 0..500 {
                 stepper.advance().expect("step");
@@ -321,7 +321,7 @@ fn squeal(path: &str) {
     let move_of =
         |row: usize| mode.modal.iter().enumerate().map(|(k, z)| z * psi[(row, k)]).sum::<num_complex::Complex<f64>>();
     let largest = (0..3 * s.len()).map(|row| move_of(row).norm()).fold(0.0, f64::max);
-    let start = State::at_rest(&model, &nodal(s, &rest.pressure, &rest.traction), rest.motions[0]).perturbed(
+    let start = State::at_rest(&model, &nodal(s, &rest.pressure, &rest.traction), &rest.motions).perturbed(
         &mode.modal,
         mode.value,
         1e-5 / largest,
@@ -372,7 +372,7 @@ fn export(stepper: &mut Stepper<'_>, friction: FrictionLaw, path: &str) {
         let k = posed.nodes.len();
         let last = before.take().filter(|(nodes, ..)| nodes == posed.nodes);
         let reaction: Vec<f64> = posed.nodes.iter().flat_map(|&i| state.reaction[3 * i..3 * i + 3].to_vec()).collect();
-        let mixed = report.stick > 0 && report.closed < k && state.step.is_multiple_of(37);
+        let mixed = report.stick() > 0 && report.closed() < k && state.step.is_multiple_of(37);
         if let Some((_, guess, free)) = last.filter(|_| mixed) {
             let mut line = Vec::new();
             for (a, tolerance) in RESIDUALS.into_iter().enumerate() {
@@ -383,7 +383,8 @@ fn export(stepper: &mut Stepper<'_>, friction: FrictionLaw, path: &str) {
                     friction,
                     before: &[],
                     step: STEP,
-                    total: [None; 3],
+                    patch: &[],
+                    borders: &[],
                     tolerance,
                 };
                 for (b, name) in STARTS.iter().enumerate() {
@@ -404,10 +405,10 @@ fn export(stepper: &mut Stepper<'_>, friction: FrictionLaw, path: &str) {
             write("friction", &[*mu]);
             // Rows: residuals; columns: starts.
             write("seconds", &times.iter().filter_map(|t| t.last().copied()).collect::<Vec<f64>>());
-            let (open, slip) = (k - report.closed, report.closed - report.stick);
+            let (open, slip) = (k - report.closed(), report.closed() - report.stick());
             println!(
                 "problem {number}: {k} nodes, {open} open, {} in stick, {slip} in slip; {}",
-                report.stick,
+                report.stick(),
                 line.join("; ")
             );
             if times[0].len() == COUNT {
@@ -430,7 +431,7 @@ fn again(problem: &StepProblem<'_>, start: usize, free: &[f64], before: &[f64]) 
     let solve = |problem: &StepProblem<'_>, guess: &[f64], known: Option<&[f64]>, memory: &mut Memory| {
         let mut effort = Effort::default();
         let begun = Instant::now();
-        let found = problem.solve(ContactSolver::Newton, black_box(guess), known, [0.0; 3], memory, &mut effort);
+        let found = problem.solve(ContactSolver::Newton, black_box(guess), known, &[], memory, &mut effort);
         let seconds = begun.elapsed().as_secs_f64();
         assert!(found.is_ok_and(|f| f.residual.is_finite()), "no solution");
         (seconds, effort)

@@ -262,7 +262,7 @@ fn rolling(
         tolerance: 1e-10,
         drive: Loading::constant(load, problem.kinematics[0].creepage, problem.kinematics[0].speed),
     };
-    let start = State::at_rest(&model, &reaction, found.solution.motions[0]);
+    let start = State::at_rest(&model, &reaction, &found.solution.motions);
     let mut stepper = Stepper::new(model, settings, start).unwrap().consistent(augmentation(&problem)).unwrap();
     with(&mut stepper, &found);
 }
@@ -282,14 +282,14 @@ fn steady_rolling_goes_on() {
             let peak = top(before.iter().skip(2).step_by(3).copied());
             println!("full sliding: moved by {:.2e} of the largest force", off / peak);
             assert!(off < 1e-3 * peak, "{off} of {peak} N");
-            assert!((stepper.state().approach / found.solution.motions[0] - 1.0).abs() < 1e-6);
-            assert_eq!(stepper.report().stick, 0);
+            assert!((stepper.state().motions[0] / found.solution.motions[0] - 1.0).abs() < 1e-6);
+            assert_eq!(stepper.report().stick(), 0);
         });
     }
     let creepage = [0.0, 0.003, 0.0];
     rolling(&pair, NormalLoad::Force(LOAD), creepage, creepage, |stepper, found| {
         (0..60).for_each(|_| stepper.advance().unwrap());
-        let (now, then) = (stepper.report().force, found.solution.force);
+        let (now, then) = (stepper.report().force(), found.solution.force);
         println!("partial slip: F_y/muN {} steady, {} in time", then[1] / (MU * LOAD), now[1] / (MU * LOAD));
         assert!((now[1] / then[1] - 1.0).abs() < 0.03 && (now[2] / then[2] - 1.0).abs() < 1e-8, "{now:?}, {then:?}");
     });

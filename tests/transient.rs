@@ -65,13 +65,13 @@ fn a_rigid_mass_thrown_on_a_rigid_plane_sticks_and_loses_its_kinetic_energy() {
             turning: None,
             load: &load,
         };
-        let mut start = State::at_rest(&model, &[0.0; 27], 0.0);
+        let mut start = State::at_rest(&model, &[0.0; 27], &[0.0]);
         start.v[0] = -velocity * mass.sqrt();
         let mut stepper = Stepper::new(model, settings(1e-4, still(), 0.3), start).unwrap();
         let mut impulse = 0.0;
         for _ in 0..200 {
             stepper.advance().unwrap();
-            impulse -= stepper.report().force[2] * 1e-4;
+            impulse -= stepper.report().force()[2] * 1e-4;
         }
         let state = stepper.state();
         let height = gap + state.q[0] / mass.sqrt();
@@ -119,14 +119,14 @@ fn an_elastic_bar_rebounds_after_two_passages_of_the_wave() {
             turning: None,
             load: &[],
         };
-        let mut start = State::at_rest(&model, &[0.0; 27], 0.0);
+        let mut start = State::at_rest(&model, &[0.0; 27], &[0.0]);
         start.v[0] = -velocity;
         let h = 1e-3;
         let mut stepper = Stepper::new(model, settings(h, still(), 0.0), start).unwrap();
         let (mut impulse, mut last) = (0.0, 0.0);
         for _ in 0..3000 {
             stepper.advance().unwrap();
-            let force = -stepper.report().force[2];
+            let force = -stepper.report().force()[2];
             impulse += force * h;
             if force > 0.0 {
                 last = stepper.time();
@@ -158,7 +158,7 @@ fn without_contact_and_damping_the_energy_is_constant() {
         turning: None,
         load: &[],
     };
-    let start = State::at_rest(&model, &[0.0; 27], 0.0).shaken(7, 0.02);
+    let start = State::at_rest(&model, &[0.0; 27], &[0.0]).shaken(7, 0.02);
     let mut stepper = Stepper::new(model, settings(2e-5, still(), 0.3), start).unwrap();
     near(stepper.state().energy.start, 0.02, 1e-12, "energy of the start");
     for _ in 0..100_000 {
@@ -230,7 +230,7 @@ fn shifted(s: &Interface, w: &Mat<f64>, none: &Mat<f64>, steps: usize) -> State 
     };
     let pressed = normal.solve().unwrap();
     let reaction: Vec<f64> = (0..s.len()).flat_map(|i| [0.0, 0.0, pressed.pressure[i] * s.weight[i]]).collect();
-    let start = State::at_rest(&model, &reaction, pressed.motions[0]);
+    let start = State::at_rest(&model, &reaction, &pressed.motions);
     let mut stepper = Stepper::new(model, settings(1.0, drive, c.mu), start).unwrap();
     for _ in 0..steps {
         stepper.advance().unwrap();
@@ -372,7 +372,7 @@ impl Squeal {
         let reaction: Vec<f64> = (0..pressure.len())
             .flat_map(|i| [traction[i][0], traction[i][1], pressure[i]].map(|v| v * weight[i]))
             .collect();
-        State::at_rest(&self.model(), &reaction, approach)
+        State::at_rest(&self.model(), &reaction, &[approach])
     }
 
     fn settings(&self, creepage: Creepage, load: NormalLoad, step: f64, solver: ContactSolver) -> Settings {
@@ -499,11 +499,11 @@ fn perturbations_of_a_contact_that_sticks_in_part_do_too() {
             let mut calm = Stepper::new(squeal.model(), settings.clone(), rest).unwrap();
             let mut moved = Stepper::new(squeal.model(), settings, moved).unwrap();
             let (mut samples, every) = (Vec::new(), (2e-4 / h).round() as usize);
-            let stick = calm.report().stick;
+            let stick = calm.report().stick();
             for step in 0..(0.03 / h) as usize {
                 calm.advance().unwrap();
                 moved.advance().unwrap();
-                let seen = [calm.report().stick, moved.report().stick];
+                let seen = [calm.report().stick(), moved.report().stick()];
                 assert!(step < 2 || seen[0] == seen[1], "{law}: nodes change from {stick} in stick to {seen:?}");
                 if step as f64 * h > 5e-3 && step % every == 0 {
                     samples.push(moved.state().q.iter().zip(&calm.state().q).map(|(a, b)| a - b).collect());
@@ -544,7 +544,7 @@ fn at_rest_the_transient_is_the_steady_analysis() {
             let mut forces = Vec::new();
             for _ in 0..(0.01 / step).round() as usize {
                 stepper.advance().unwrap();
-                forces.push(stepper.report().force);
+                forces.push(stepper.report().force());
             }
             let (half, last) = (forces[forces.len() / 2], forces[forces.len() - 1]);
             let apart = |a: [f64; 3], b: [f64; 3]| (0..2).map(|c| (a[c] - b[c]).abs() / limit).fold(0.0, f64::max);
@@ -556,7 +556,7 @@ fn at_rest_the_transient_is_the_steady_analysis() {
                 apart(half, last)
             );
             errors.push(error);
-            sunk.push((stepper.state().approach / solution.motions[0] - 1.0).abs());
+            sunk.push((stepper.state().motions[0] / solution.motions[0] - 1.0).abs());
         }
         first_order(&errors, &format!("{nodes} nodes, forces over μN"));
         first_order(&sunk, &format!("{nodes} nodes, approach"));
@@ -594,7 +594,7 @@ fn material_that_travels_from_node_to_node_remembers_as_in_steady_rolling() {
         })
         .collect();
     let model = quasi_static(&interface, &w, &none);
-    let rest = State::at_rest(&model, &reaction, steady.motions[0]);
+    let rest = State::at_rest(&model, &reaction, &steady.motions);
     let drive = Loading::constant(NormalLoad::Force(load), creepage, speed);
     let step = (interface.patches[0].x[1] - interface.patches[0].x[0]) / speed;
     let settings = Settings { friction: law.clone(), ..settings(step, drive, 0.3) };
@@ -686,7 +686,7 @@ fn both_solvers(squeal: &Squeal) {
         for step in 0..300 {
             stepper.advance().unwrap();
             let r = stepper.report();
-            stick += usize::from(r.stick > 0 && r.stick < r.closed);
+            stick += usize::from(r.stick() > 0 && r.stick() < r.closed());
             if step % 10 == 0 {
                 found.push(stepper.state().reaction.clone());
             }
@@ -722,7 +722,7 @@ fn rubbed(squeal: &Squeal, step: f64, theta: f64, swing: f64) -> (Vec<f64>, f64)
         History::table("wave", &table, end).unwrap()
     };
     settings.drive.patches[0].tangential[1] = Tangential::Creep(wave(0.0, 0.05, 300.0));
-    settings.drive.normal = Normal::Approach(wave(pressed.motions[0], swing * pressed.motions[0], 250.0));
+    settings.drive.motions[0].normal = Normal::Approach(wave(pressed.motions[0], swing * pressed.motions[0], 250.0));
     let mut stepper = Stepper::new(squeal.model(), settings, start).unwrap();
     for _ in 0..(end / step).round() as usize {
         stepper.advance().unwrap();
@@ -758,7 +758,7 @@ fn error_falls_with_the_step_in_rolling_too() {
         let (mut changes, mut before) = (0, None);
         for _ in 0..(2e-3 / step).round() as usize {
             stepper.advance().unwrap();
-            let stick = stepper.report().stick;
+            let stick = stepper.report().stick();
             changes += usize::from(before.is_some_and(|b| b != stick));
             before = Some(stick);
         }

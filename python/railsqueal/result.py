@@ -67,7 +67,7 @@ class Result:
             return self._derived[name]
         dataset = self._dataset(name)
         try:
-            if self.stopped and name.startswith("transient/"):
+            if self.stopped and name.startswith(("transient/", "transient_")):
                 return np.concatenate(list(self._pieces(name)))
             return dataset[()]
         except OSError as error:
@@ -182,10 +182,14 @@ def derived(result: Result) -> dict[str, Any]:
     points = lookup(result.job, "analyses.transient.points") or []
     if points:
         made["transient/points/name"] = np.array([str(p.get("name", "")) for p in points], dtype=object)
-    if "reduced/x" in result and "reduced/y" in result:
-        x, y = result.array("reduced/x"), result.array("reduced/y")
-        made["transient/grid/x"], made["transient/grid/y"] = np.tile(x, len(y)), np.repeat(y, len(x))
-        made["transient/grid/weight"] = np.outer(widths(y), widths(x)).reshape(-1)
+    suffix, number = "", 1
+    while f"reduced/x{suffix}" in result and f"reduced/y{suffix}" in result:
+        x, y = result.array(f"reduced/x{suffix}"), result.array(f"reduced/y{suffix}")
+        grid = f"transient{suffix}/grid"
+        made[f"{grid}/x"], made[f"{grid}/y"] = np.tile(x, len(y)), np.repeat(y, len(x))
+        made[f"{grid}/weight"] = np.outer(widths(y), widths(x)).reshape(-1)
+        number += 1
+        suffix = f"_{number}"
     return made
 
 

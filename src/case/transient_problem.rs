@@ -1,13 +1,13 @@
 //! State of a transient before it is disturbed: equilibrium and prescribed quantities.
 
-use super::interface::{self, creepage, given_forces, normal_load, steady_sliding};
+use super::interface::{self, creepage, given_forces, kinematics, loads, steady_sliding};
 use super::well_posed;
 use crate::contact::consistent::{augmentation, ConsistentSteady};
 use crate::contact::full_sliding::SlidingProblem;
 use crate::contact::law::Augmentation;
 use crate::contact::points::{bear_load, linearised, reactions};
-use crate::contact::{Loads, NormalLoad, PatchKinematics, SteadyProblem};
-use crate::grid::Interface;
+use crate::contact::{Loads, NormalLoad, SteadyProblem};
+use crate::grid::{ContactPatch, Interface};
 use crate::job::{self, Direction, HeldQuantity, Job, Quadrature, StabilityState, StartState, TransientSolver};
 use crate::model::CoupledModel;
 use crate::stability::reduced::{sharpness, Eigenpair};
@@ -72,12 +72,9 @@ impl StepperSetUp {
     /// The state of rest of `model`, and what does not change in time.
     pub(crate) fn begin(&self, model: &Model<'_>, rolling: &TransientProblem<'_>) -> Result<(State, Settings)> {
         let wanted = rolling.wanted;
-        let (rest, approach, deflected) = match &self.begin {
-            Begin::Points(points) => {
-                let (rest, approach) = points.at_rest(model);
-                (rest, approach, [0.0; 2])
-            }
-            Begin::Grid(rest) => (rest.state(model), rest.approach, rest.slopes(rolling.model.0)),
+        let (rest, deflected) = match &self.begin {
+            Begin::Points(points) => (points.at_rest(model).0, Vec::new()),
+            Begin::Grid(rest) => (rest.state(model), rest.slopes(rolling.model.0)),
         };
         let settings = Settings {
             scheme: Scheme { step: wanted.step, theta: wanted.theta },
@@ -87,7 +84,7 @@ impl StepperSetUp {
                 TransientSolver::FixedPoint => ContactSolver::FixedPoint,
             },
             tolerance: wanted.tolerance,
-            drive: drive(wanted, rolling.contact, approach, deflected)?,
+            drive: drive(wanted, rolling.contact, &rest.motions, &deflected)?,
         };
         Ok((rest, settings))
     }
@@ -108,17 +105,17 @@ struct InitialEquilibrium {
     reaction: Vec<f64>,
     /// Coefficients of friction, `[n]`.
     friction: Vec<f64>,
-    /// m.
-    approach: f64,
+    /// Rigid motions, m, `[motions]`.
+    motions: Vec<f64>,
     /// Displacements that the placement already includes, m, `[3n]`.
     deflection: Option<Vec<f64>>,
 }
 
 impl InitialEquilibrium {
     fn of(rolling: &TransientProblem<'_>) -> Result<Self> {
-        let (reaction, friction, approach) = at_rest(rolling)?;
+        let (reaction, friction, motions) = at_rest(rolling)?;
         let deflection = rolling.model.1.deflection(&reaction);
-        Ok(Self { reaction, friction, approach, deflection })
+        Ok(Self { reaction, friction, motions, deflection })
     }
 
     /// The interface of bodies without load, whose gap becomes that of `placed` ones under it.
@@ -129,23 +126,25 @@ impl InitialEquilibrium {
         }
     }
 
-    /// ∂/∂x of the deflection along x and y.
-    fn slopes(&self, interface: &Interface) -> [f64; 2] {
-        let Some(moved) = &self.deflection else { return [0.0; 2] };
+    /// ∂/∂x of the deflection along x and y at each contact; empty where there is no deflection.
+    fn slopes(&self, interface: &Interface) -> Vec<[f64; 2]> {
+        let Some(moved) = &self.deflection else { return Vec::new() };
         // The deflection goes with x and y, no higher: any line along x will do.
-        let x = &interface.patches[0].x;
-        let nx = x.len();
-        let length = x[nx - 1] - x[0];
-        [0, 1].map(|c| (moved[3 * (nx - 1) + c] - moved[c]) / length)
+        let slope = |patch: &ContactPatch| {
+            let last = patch.x.len() - 1;
+            let (length, ends) = (patch.x[last] - patch.x[0], [patch.node(last, 0), patch.first]);
+            [0, 1].map(|c| (moved[3 * ends[0] + c] - moved[3 * ends[1] + c]) / length)
+        };
+        interface.patches.iter().map(slope).collect()
     }
 
     fn state(&self, model: &Model<'_>) -> State {
-        State::at_rest(model, &self.reaction, self.approach).remembering(&self.friction)
+        State::at_rest(model, &self.reaction, &self.motions).remembering(&self.friction)
     }
 }
 
-/// Reactions, coefficients of friction and approach of the state of rest.
-fn at_rest(rolling: &TransientProblem<'_>) -> Result<(Vec<f64>, Vec<f64>, f64)> {
+/// Reactions, coefficients of friction and rigid motions of the state of rest. Histories are of one contact.
+fn at_rest(rolling: &TransientProblem<'_>) -> Result<(Vec<f64>, Vec<f64>, Vec<f64>)> {
     let TransientProblem { job, wanted, contact, model } = *rolling;
     let (interface, pair) = model;
     let histories = wanted.histories.clone().unwrap_or_default();
@@ -154,7 +153,8 @@ fn at_rest(rolling: &TransientProblem<'_>) -> Result<(Vec<f64>, Vec<f64>, f64)> 
         let Some(points) = table else { return Ok(None) };
         Ok(Some(History::table(&format!("analyses.transient.histories.{key}"), points, wanted.duration)?.at(0.0)))
     };
-    let mut creepage = creepage(contact);
+    let mut kinematics = kinematics(contact);
+    let creepage = &mut kinematics[0].creepage;
     for (value, given, key) in [
         (&mut creepage.longitudinal, &histories.longitudinal, "longitudinal"),
         (&mut creepage.lateral, &histories.lateral, "lateral"),
@@ -164,7 +164,7 @@ fn at_rest(rolling: &TransientProblem<'_>) -> Result<(Vec<f64>, Vec<f64>, f64)> 
             *value = v;
         }
     }
-    let mut load = normal_load(contact);
+    let mut loads = loads(contact);
     if let Some(n) = at_start(&histories.normal_load, "normal_load")? {
         if n == 0.0 {
             return Err(Error::Job(
@@ -174,22 +174,20 @@ fn at_rest(rolling: &TransientProblem<'_>) -> Result<(Vec<f64>, Vec<f64>, f64)> 
                     .into(),
             ));
         }
-        load = NormalLoad::Force(n);
+        loads = Loads::from(NormalLoad::Force(n));
     }
     if let Some(d) = at_start(&histories.approach, "approach")? {
-        load = NormalLoad::Approach(d);
+        loads = Loads::from(NormalLoad::Approach(d));
     }
-    let kinematics = PatchKinematics::one(contact.speed, creepage);
-    let loads = Loads::from(load);
     let analyses = &job.analyses;
-    let (pressure, traction, approach, friction) = match start_state(job, wanted) {
+    let (pressure, traction, motions, friction) = match start_state(job, wanted) {
         StartState::Sliding => {
             let direction = analyses.stability.as_ref().map_or(Direction::Rigid, |s| s.direction);
             let problem = steady_sliding(model, contact, direction)?;
             let problem = SlidingProblem { kinematics, loads, ..problem };
             well_posed::refuse_short(&contact.friction, |law| well_posed::sliding(&problem, law, pair))?;
             let found = problem.solve()?;
-            (found.pressure, found.traction, found.motions[0], found.friction)
+            (found.pressure, found.traction, found.motions, found.friction)
         }
         StartState::Steady => {
             let problem = interface::at_rest(model, contact, analyses.steady.as_ref());
@@ -199,13 +197,13 @@ fn at_rest(rolling: &TransientProblem<'_>) -> Result<(Vec<f64>, Vec<f64>, f64)> 
                 Quadrature::Nodal => problem.solve()?,
                 Quadrature::Consistent => ConsistentSteady::new(problem).solve()?.solution,
             };
-            (found.pressure, found.traction, found.motions[0], found.friction)
+            (found.pressure, found.traction, found.motions, found.friction)
         }
     };
     let reaction: Vec<f64> = (0..interface.len())
         .flat_map(|i| [traction[i][0], traction[i][1], pressure[i]].map(|v| v * interface.weight[i]))
         .collect();
-    Ok((reaction, friction, approach))
+    Ok((reaction, friction, motions))
 }
 
 /// The contact points of the job, under its load or their given forces; none of a job with a grid.
@@ -230,13 +228,14 @@ fn at_points(rolling: &TransientProblem<'_>) -> Result<Option<PointModel>> {
     Ok(Some(PointModel::under_load(pair, s, (reaction, found.friction), found.motions[0], span)))
 }
 
-/// Prescribed quantities in time; `deflected` are the derivatives along x of a deflection that is part of the
-/// placement: its material passes too.
+/// Prescribed quantities in time, of rigid motions that begin with `motions`, m. `deflected` are the derivatives along
+/// x of a deflection of each contact that is part of the placement: its material passes too. Histories are of one
+/// contact.
 pub(crate) fn drive(
     wanted: &job::Transient,
     contact: &job::Contact,
-    approach: f64,
-    deflected: [f64; 2],
+    motions: &[f64],
+    deflected: &[[f64; 2]],
 ) -> Result<Loading> {
     let histories = wanted.histories.clone().unwrap_or_default();
     let history = |key: &str, table: &Option<Vec<[f64; 2]>>, constant: f64, factor: f64| -> Result<History> {
@@ -244,22 +243,28 @@ pub(crate) fn drive(
         let points: Vec<[f64; 2]> = points.iter().map(|p| [p[0], p[1] * factor]).collect();
         History::table(&format!("analyses.transient.histories.{key}"), &points, wanted.duration)
     };
-    let load = match (wanted.hold, normal_load(contact)) {
-        (HeldQuantity::Load, NormalLoad::Force(n)) => NormalLoad::Force(n),
-        _ => NormalLoad::Approach(approach),
+    let of_contact = |(number, one): (usize, &job::Contact)| -> Result<PatchDrive> {
+        let (v, c) = (one.speed, creepage(one));
+        let deflected = deflected.get(number).copied().unwrap_or_default();
+        let longitudinal = history("longitudinal", &histories.longitudinal, c.longitudinal, v)?;
+        let lateral = history("lateral", &histories.lateral, c.lateral, v)?;
+        let tangential = [longitudinal.plus(-v * deflected[0]), lateral.plus(-v * deflected[1])].map(Tangential::Creep);
+        let spin = history("spin", &histories.spin, c.spin, v)?;
+        Ok(PatchDrive { tangential, spin, speed: v })
     };
-    let normal = match (&histories.normal_load, &histories.approach, load) {
-        (table @ Some(_), _, _) => Normal::Force(history("normal_load", table, 0.0, 1.0)?),
-        (_, table @ Some(_), _) => Normal::Approach(history("approach", table, 0.0, 1.0)?),
-        (_, _, load) => Normal::constant(load),
-    };
-    let v = contact.speed;
-    let c = creepage(contact);
-    let longitudinal = history("longitudinal", &histories.longitudinal, c.longitudinal, v)?;
-    let lateral = history("lateral", &histories.lateral, c.lateral, v)?;
-    let tangential = [longitudinal.plus(-v * deflected[0]), lateral.plus(-v * deflected[1])].map(Tangential::Creep);
-    let spin = history("spin", &histories.spin, c.spin, v)?;
-    Ok(Loading::of_patch(normal, PatchDrive { tangential, spin, speed: v }))
+    let patches = contact.all().enumerate().map(of_contact).collect::<Result<Vec<_>>>()?;
+    let loads = loads(contact);
+    let forces = loads.motions.iter().all(|m| matches!(m.load, NormalLoad::Force(_)));
+    let mut loading = Loading::of_loads(&loads, patches);
+    if wanted.hold == HeldQuantity::Approach || !forces {
+        loading = loading.held_at(motions);
+    }
+    if histories.normal_load.is_some() {
+        loading.motions[0].normal = Normal::Force(history("normal_load", &histories.normal_load, 0.0, 1.0)?);
+    } else if histories.approach.is_some() {
+        loading.motions[0].normal = Normal::Approach(history("approach", &histories.approach, 0.0, 1.0)?);
+    }
+    Ok(loading)
 }
 
 /// The state moved by a complex mode, whose largest displacement of a contact node is to be `amplitude`, m.

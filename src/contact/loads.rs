@@ -215,7 +215,7 @@ impl Loads {
 
 /// Solves the small system of `matrix`, by rows, for `rhs`, in place, by elimination with pivots; false where it is
 /// singular.
-pub(super) fn solve_small(matrix: &mut [f64], rhs: &mut [f64]) -> bool {
+pub(crate) fn solve_small(matrix: &mut [f64], rhs: &mut [f64]) -> bool {
     let n = rhs.len();
     for k in 0..n {
         let size = |i: usize| matrix[n * i + k].abs();

@@ -20,7 +20,7 @@ mod interface;
 pub(crate) mod krylov;
 pub mod law;
 mod linear;
-mod loads;
+pub(crate) mod loads;
 pub mod memory;
 mod nested;
 mod newton;

@@ -103,13 +103,13 @@ pub struct ContactMemory {
     pub reaction: Vec<f64>,
     /// Coefficients of friction, `[n]`; empty where friction is constant.
     pub friction: Vec<f64>,
-    /// Approach, m.
-    pub approach: f64,
+    /// Rigid motions, m, `[motions]`; of one patch its approach.
+    pub motions: Vec<f64>,
 }
 
 impl ContactMemory {
     pub(super) fn from_state(state: &State) -> Self {
-        Self { reaction: state.reaction.clone(), friction: state.friction.clone(), approach: state.approach }
+        Self { reaction: state.reaction.clone(), friction: state.friction.clone(), motions: state.motions.clone() }
     }
 }
 
@@ -302,8 +302,8 @@ impl<'a, 's> Balance<'a, 's> {
                 let n = (step - before) % samples;
                 let report = self.stepper.report();
                 forces[n] = self.stepper.modal_force().unwrap_or_default().to_vec();
-                force[n] = report.force;
-                nodes[n] = [report.closed, report.stick];
+                force[n] = report.force();
+                nodes[n] = [report.closed(), report.stick()];
             }
         }
         let (Some(after), Some(contact)) = (after, contact) else {
@@ -405,7 +405,7 @@ pub(super) fn state(q: Vec<f64>, memory: &ContactMemory) -> State {
         v: vec![0.0; q.len()],
         q,
         reaction: memory.reaction.clone(),
-        approach: memory.approach,
+        motions: memory.motions.clone(),
         creep: [0.0; 2],
         friction: memory.friction.clone(),
         energy: Energy::default(),

@@ -101,7 +101,7 @@ pub(super) fn through_modes(
         q: q.clone(),
         v: v.clone(),
         reaction: cycle.contact.reaction.clone(),
-        approach: cycle.contact.approach,
+        motions: cycle.contact.motions.clone(),
         creep: [0.0; 2],
         friction: cycle.contact.friction.clone(),
         energy: Energy::default(),

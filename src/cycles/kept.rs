@@ -37,7 +37,7 @@ impl Writer {
     fn memory(&mut self, memory: &ContactMemory) {
         self.list(&memory.reaction);
         self.list(&memory.friction);
-        self.one(memory.approach);
+        self.list(&memory.motions);
     }
 }
 
@@ -73,7 +73,7 @@ impl Numbers<'_> {
     }
 
     fn memory(&mut self) -> Option<ContactMemory> {
-        Some(ContactMemory { reaction: self.list()?, friction: self.list()?, approach: self.one()? })
+        Some(ContactMemory { reaction: self.list()?, friction: self.list()?, motions: self.list()? })
     }
 
     fn cycle(&mut self) -> Option<PeriodicSolution> {

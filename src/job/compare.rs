@@ -57,21 +57,30 @@ pub fn fe_inputs(job: &Job) -> Value {
         inputs["contact"]["grid"] = json!(grid);
     }
     if let Some(placement) = job.placement() {
-        // How fast it rolls and slides changes neither the bodies nor the gap.
-        inputs["contact"]["placement"] = json!(Placement {
-            speed: None,
-            angular_speed: None,
-            creepage: GivenCreepage::default(),
-            loaded: true,
-            curvature: 0.0,
-            ..placement.clone()
-        });
+        inputs["contact"]["placement"] = json!(geometry(Some(placement)));
         inputs["contact"]["load"] = json!([contact.and_then(|c| c.normal_load), contact.and_then(|c| c.approach)]);
         if let Some(contact) = contact.filter(|c| c.places == ContactPlaces::All) {
             inputs["contact"]["places"] = json!([contact.places, contact.vertical_load]);
+            let further = contact.further.iter();
+            let further: Vec<_> = further.map(|c| json!([geometry(c.placement.as_ref()), c.normal_load])).collect();
+            if !further.is_empty() {
+                inputs["contact"]["further"] = json!(further);
+            }
         }
     }
     inputs
+}
+
+/// A placement without how fast the wheel rolls and slides, which changes neither the bodies nor the gap.
+fn geometry(placement: Option<&Placement>) -> Option<Placement> {
+    placement.map(|placement| Placement {
+        speed: None,
+        angular_speed: None,
+        creepage: GivenCreepage::default(),
+        loaded: true,
+        curvature: 0.0,
+        ..placement.clone()
+    })
 }
 
 /// The keys in which two resolved jobs of a transient differ in what matters up to the time `until`, s: all but what

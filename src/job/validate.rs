@@ -576,7 +576,8 @@ fn check_transient(job: &Job, transient: &Transient, (path, faults): (&str, &mut
     if let Some(sound) = &transient.sound_power {
         check_sound(&format!("{path}.sound_power"), sound, faults);
     }
-    let load_given = job.contact.as_ref().is_some_and(|c| c.normal_load.is_some());
+    let loaded = |c: &Contact| c.normal_load.is_some() || c.vertical_load.is_some() || c.from.is_some();
+    let load_given = job.contact.as_ref().is_some_and(loaded);
     match &transient.histories {
         Some(h) if h.normal_load.is_some() && h.approach.is_some() => {
             faults.push(format!("{path}.histories: both normal_load and approach are given; give one of them"));

@@ -39,7 +39,7 @@ pub struct ResultFile<'w> {
     fields: bool,
     tables: Vec<Table>,
     attached: Vec<Partial>,
-    segments: Option<(Segments, String)>,
+    segments: Option<(Segments, Vec<String>)>,
     /// File in which this run keeps the reduced model until the file is complete.
     kept: Option<PathBuf>,
     /// True if the compliance is among it.
@@ -194,7 +194,7 @@ impl<'w> ResultFile<'w> {
 
     /// The datasets of `group` in these segments become part of the file, which then takes their place.
     pub fn append(&mut self, segments: Segments, group: &str) {
-        self.segments = Some((segments, group.to_owned()));
+        self.segments.get_or_insert_with(|| (segments, Vec::new())).1.push(group.to_owned());
     }
 
     /// Collective: the file that is being made, begun if it was not.
@@ -217,10 +217,10 @@ impl<'w> ResultFile<'w> {
         let partial = self.begun()?;
         let segments = &self.segments;
         world.on_root(|| {
-            let Some((segments, group)) = segments else { return Ok(()) };
+            let Some((segments, groups)) = segments else { return Ok(()) };
             let have = std::fs::metadata(&partial.path).map(|m| m.len()).unwrap_or(0);
             partial.reserve(have + 2 * segments.bytes() + 65536)?;
-            append_to(&partial.path, segments, group, progress)
+            groups.iter().try_for_each(|group| append_to(&partial.path, segments, group, progress))
         })?;
         self.partial = Some(partial);
         Ok(())

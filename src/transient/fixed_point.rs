@@ -2,8 +2,8 @@
 //!
 //! ρ_i = 1/(λ W_ii) with λ the largest eigenvalue of W scaled by its diagonal: R − ρ W R is then a contraction in every
 //! direction, fastest where W is softest (ρ < 2/(λ W_ii) is the limit for frictionless contact; friction, which is not
-//! the gradient of an energy, takes part of the margin). Where a total force is prescribed the projection is that
-//! on the reactions which have it.
+//! the gradient of an energy, takes part of the margin). Where resultants are prescribed the
+//! projection is that on the reactions which have them.
 
 use super::problem::{Effort, StepProblem, StepSolution};
 use crate::contact::law::project_disc;
@@ -15,7 +15,7 @@ pub(super) fn solve(
     p: &StepProblem<'_>,
     target: f64,
     guess: &[f64],
-    mut shift: [f64; 3],
+    mut shift: Vec<f64>,
     most: usize,
     effort: &mut Effort,
 ) -> Result<StepSolution> {
@@ -28,7 +28,7 @@ pub(super) fn solve(
         p.matrix.times(&reaction, &mut response);
         effort.products += 1;
         effort.iterations += 1;
-        let u = p.displacement(&response, shift);
+        let u = p.displacement(&response, &shift);
         let (residual, status) = p.residual(&reaction, &u);
         last = residual;
         if residual <= target {
@@ -67,45 +67,57 @@ fn largest_eigenvalue(p: &StepProblem<'_>, effort: &mut Effort) -> f64 {
     1.1 * value.max(1.0)
 }
 
-/// R ← Proj(R − ρ (u + change of shift)), with the shift that gives the prescribed totals.
-fn project(p: &StepProblem<'_>, factor: f64, reaction: &mut [f64], u: &[f64], shift: &mut [f64; 3]) {
+/// R ← Proj(R − ρ (u + change of shift)), with the shifts that give the prescribed resultants: each by itself, those
+/// along the normal first; what it has of others, and of the tractions, is that of the iteration before.
+fn project(p: &StepProblem<'_>, factor: f64, reaction: &mut [f64], u: &[f64], shift: &mut [f64]) {
     let k = p.nodes();
     let rho: Vec<_> = (0..k).map(|i| p.rho(i)).collect();
-    let pressure = |i: usize, s: f64| (reaction[3 * i + 2] - factor * rho[i].normal * (u[3 * i + 2] + s)).max(0.0);
-    let mut change = [0.0; 3];
-    if let Some(total) = p.total[2] {
-        let sum = |s: f64| (0..k).map(|i| pressure(i, s)).sum::<f64>() - total;
-        change[2] = root(sum, (0..k).map(|i| factor * rho[i].normal).sum::<f64>(), total);
-    }
-    let normal: Vec<f64> = (0..k).map(|i| pressure(i, change[2])).collect();
-    let old = &*reaction;
-    let traction = |i: usize, s: [f64; 2]| {
-        let bound = normal[i] * p.coefficient(i, [u[3 * i], u[3 * i + 1]]);
-        let f = factor * rho[i].tangential;
-        project_disc([old[3 * i] - f * (u[3 * i] + s[0]), old[3 * i + 1] - f * (u[3 * i + 1] + s[1])], bound)
+    let old = reaction.to_vec();
+    let mut change = vec![0.0; shift.len()];
+    let pressure = |i: usize, change: &[f64]| {
+        let moved = u[3 * i + 2] + p.shifted(i, change)[2];
+        (old[3 * i + 2] - factor * rho[i].normal * moved).max(0.0)
     };
-    for c in 0..2 {
-        if let Some(total) = p.total[c] {
-            let mut s = [change[0], change[1]];
+    for (b, border) in p.borders.iter().enumerate().filter(|(_, b)| b.is_normal()) {
+        let row = |i: usize| border.row[p.patch_of(i)];
+        let rubbed = |i: usize| row(i)[0] * old[3 * i] + row(i)[1] * old[3 * i + 1];
+        let total = border.total - (0..k).map(rubbed).sum::<f64>();
+        let steepest = |i: usize| factor * rho[i].normal * border.column[p.patch_of(i)][2] * row(i)[2];
+        let slope = (0..k).map(steepest).sum::<f64>();
+        let mut all = change.clone();
+        let sum = |s: f64| {
+            all[b] = s;
+            (0..k).map(|i| row(i)[2] * pressure(i, &all)).sum::<f64>() - total
+        };
+        change[b] = root(sum, slope, border.total.abs());
+    }
+    let normal: Vec<f64> = (0..k).map(|i| pressure(i, &change)).collect();
+    let traction = |i: usize, change: &[f64]| {
+        let bound = normal[i] * p.coefficient(i, [u[3 * i], u[3 * i + 1]]);
+        let (f, moved) = (factor * rho[i].tangential, p.shifted(i, change));
+        let along = |c: usize| old[3 * i + c] - f * (u[3 * i + c] + moved[c]);
+        project_disc([along(0), along(1)], bound)
+    };
+    for (b, border) in p.borders.iter().enumerate() {
+        if let Some(c) = border.tangential() {
+            let mut all = change.clone();
             let slope = (0..k).map(|i| factor * rho[i].tangential).sum::<f64>();
             let size: f64 = normal.iter().sum();
-            change[c] = root(
+            change[b] = root(
                 |v| {
-                    s[c] = v;
-                    (0..k).map(|i| traction(i, s)[c]).sum::<f64>() - total
+                    all[b] = v;
+                    (0..k).map(|i| traction(i, &all)[c]).sum::<f64>() - border.total
                 },
                 slope,
                 size,
             );
         }
     }
-    let new: Vec<[f64; 2]> = (0..k).map(|i| traction(i, [change[0], change[1]])).collect();
-    for (i, t) in new.iter().enumerate() {
-        reaction[3 * i..3 * i + 3].copy_from_slice(&[t[0], t[1], normal[i]]);
+    for (i, r) in reaction.chunks_exact_mut(3).enumerate() {
+        let [x, y] = traction(i, &change);
+        r.copy_from_slice(&[x, y, normal[i]]);
     }
-    for c in 0..3 {
-        shift[c] += change[c];
-    }
+    shift.iter_mut().zip(&change).for_each(|(s, c)| *s += c);
 }
 
 /// Root of a falling function whose slope is −`slope` at the steepest, where there is one; `size` is the size of its

@@ -1,6 +1,7 @@
 //! Prescribed quantities in time: load or approach, creepages.
 
-use crate::contact::{Creepage, NormalLoad, PatchKinematics};
+use super::border::Border;
+use crate::contact::{Creepage, LoadedMotion, Loads, NormalLoad, PatchKinematics};
 use crate::{Error, Result};
 
 /// A quantity as a function of time: straight lines between the points of a table.
@@ -110,14 +111,30 @@ impl PatchDrive {
     }
 }
 
+/// A rigid motion of the bodies towards each other in time. It moves along the normals of the patches alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct DrivenMotion {
+    /// Fall of the gap of each patch per unit of the motion, `[patches]`.
+    pub factors: Vec<f64>,
+    /// Row (g_x, g_y, g_n) of each patch in the resultant, `[patches]`.
+    pub resultant: Vec<[f64; 3]>,
+    /// The resultant, at the end of each step, or the motion: its inertia holds it at all but low frequencies.
+    pub normal: Normal,
+}
+
+impl DrivenMotion {
+    /// The border of a motion with the resultant `total`, N.
+    pub(super) fn border(&self, total: f64) -> Border {
+        let column = self.factors.iter().map(|&n| [0.0, 0.0, n]).collect();
+        Border { column, row: self.resultant.clone(), total }
+    }
+}
+
 /// Everything prescribed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loading {
-    /// Load or approach. Of several patches it is the rigid motion that they share, which is prescribed: the inertia
-    /// of the bodies holds it at all but low frequencies. Approaches of single patches are part of the gaps.
-    pub normal: Normal,
-    /// Fall of the gap of each patch per unit of that motion, `[patches]`; 1 of one patch.
-    pub factors: Vec<f64>,
+    /// Rigid motions: of one patch its approach; of several one of each, or motions that they share.
+    pub motions: Vec<DrivenMotion>,
     /// Rolling of each patch, `[patches]`.
     pub patches: Vec<PatchDrive>,
 }
@@ -130,30 +147,59 @@ impl Loading {
 
     /// Loading of an interface of one patch.
     pub fn of_patch(normal: Normal, drive: PatchDrive) -> Self {
-        Self { normal, factors: vec![1.0], patches: vec![drive] }
+        let motion = DrivenMotion { factors: vec![1.0], resultant: vec![[0.0, 0.0, 1.0]], normal };
+        Self { motions: vec![motion], patches: vec![drive] }
     }
 
-    /// Constant rolling of patches whose approaches stay: they are those of the gaps.
-    pub fn held(kinematics: &[PatchKinematics]) -> Self {
-        Self {
-            normal: Normal::Approach(History::constant(0.0)),
-            factors: vec![0.0; kinematics.len()],
-            patches: kinematics.iter().copied().map(PatchDrive::constant).collect(),
+    /// Rolling of patches under constant `loads`.
+    pub fn of_loads(loads: &Loads, patches: Vec<PatchDrive>) -> Self {
+        let motion = |m: &LoadedMotion| DrivenMotion {
+            factors: m.factors.clone(),
+            resultant: m.resultant.clone(),
+            normal: Normal::constant(m.load),
+        };
+        Self { motions: loads.motions.iter().map(motion).collect(), patches }
+    }
+
+    /// The same with the rigid motions held at `motions`, m, `[motions]`.
+    pub fn held_at(mut self, motions: &[f64]) -> Self {
+        for (motion, &d) in self.motions.iter_mut().zip(motions) {
+            motion.normal = Normal::Approach(History::constant(d));
         }
+        self
     }
 
-    /// Refuses a loading that does not belong to `patches` patches, or forces on several of them.
+    /// Approach of each patch under the `motions`, m, `[patches]`; or the rates of the ones by those of the others.
+    pub(super) fn approaches(&self, motions: &[f64]) -> Vec<f64> {
+        let of = |c: usize| self.motions.iter().zip(motions).map(|(m, d)| m.factors[c] * d).sum();
+        (0..self.patches.len()).map(of).collect()
+    }
+
+    /// Returns whether a resultant is prescribed in place of a rigid motion.
+    pub(super) fn is_loaded(&self) -> bool {
+        self.motions.iter().any(|m| matches!(m.normal, Normal::Force(_)))
+    }
+
+    /// Returns whether patch `c` stays open at the time `t` (s), because nothing presses it.
+    pub(super) fn is_open(&self, c: usize, t: f64) -> bool {
+        let lifted = |m: &DrivenMotion| match &m.normal {
+            Normal::Force(history) => m.factors.iter().all(|&n| n >= 0.0) && history.at(t) == 0.0,
+            Normal::Approach(_) => false,
+        };
+        self.motions.iter().any(|m| m.factors[c] != 0.0 && lifted(m))
+    }
+
+    /// Refuses a loading that does not belong to `patches` patches, or tangential forces on several of them.
     pub(super) fn check(&self, patches: usize) -> Result<()> {
-        if [self.factors.len(), self.patches.len()] != [patches; 2] {
+        let fits = |m: &DrivenMotion| [m.factors.len(), m.resultant.len()] == [patches; 2];
+        if self.patches.len() != patches || !self.motions.iter().all(fits) {
             return Err(Error::Defect(format!("transient: {} drives for {patches} patches", self.patches.len())));
         }
         let force = |t: &Tangential| matches!(t, Tangential::Force(_));
-        let forced =
-            matches!(self.normal, Normal::Force(_)) || self.patches.iter().any(|p| p.tangential.iter().any(force));
-        if patches > 1 && forced {
+        if patches > 1 && self.patches.iter().any(|p| p.tangential.iter().any(force)) {
             return Err(Error::Job(
-                "analyses.transient: forces cannot be prescribed on several contact patches so far; give \
-                 analyses.transient.hold \"approach\" and creepages"
+                "analyses.transient: tangential forces cannot be prescribed on several contact patches; expected \
+                 creepages"
                     .into(),
             ));
         }
@@ -184,10 +230,15 @@ mod tests {
         let creep = |v: f64| Tangential::Creep(History::constant(v));
         assert_eq!(drive.patches[0].tangential, [creep(1.0), creep(2.0)]);
         assert_eq!((drive.patches[0].spin.at(0.0), drive.patches[0].speed), (3.0, 10.0));
-        assert_eq!((&drive.normal, &drive.factors[..]), (&Normal::Force(History::constant(5.0)), &[1.0][..]));
-        let two = Loading { patches: vec![drive.patches[0].clone(); 2], factors: vec![1.0; 2], ..drive.clone() };
-        assert!(drive.check(1).is_ok() && drive.check(2).is_err());
+        let motion = &drive.motions[0];
+        assert_eq!((&motion.normal, &motion.factors[..]), (&Normal::Force(History::constant(5.0)), &[1.0][..]));
+        let loads = Loads::of_patches(&[NormalLoad::Force(5.0), NormalLoad::Force(0.0)]);
+        let mut two = Loading::of_loads(&loads, vec![drive.patches[0].clone(); 2]);
+        assert!(drive.check(1).is_ok() && drive.check(2).is_err() && two.check(2).is_ok());
+        assert!(!two.is_open(0, 0.0) && two.is_open(1, 0.0) && two.is_loaded());
+        let held = two.clone().held_at(&[1e-5, 2e-5]);
+        assert!(!held.is_loaded() && !held.is_open(1, 0.0) && held.approaches(&[1e-5, 2e-5]) == [1e-5, 2e-5]);
+        two.patches[1].tangential[0] = Tangential::Force(History::constant(1.0));
         assert!(two.check(2).unwrap_err().message().contains("several contact patches"));
-        assert!(Loading { normal: Normal::Approach(History::constant(0.0)), ..two }.check(2).is_ok());
     }
 }

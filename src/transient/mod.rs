@@ -20,6 +20,7 @@
 //! impact). The creep of a step is taken along the particle, ṡ = (w⁺(x) − w(x − Vh))/h + c.
 
 mod aligned;
+pub mod border;
 mod coupled;
 pub mod cycle;
 pub mod delassus;
@@ -42,13 +43,14 @@ mod structure_of_arrays;
 #[cfg(test)]
 mod tests;
 
+pub use border::Border;
 pub use delassus::DelassusOperator;
 pub use dynamics::Dynamics;
 pub use energy::Energy;
-pub use loading::{History, Loading, PatchDrive, Tangential};
+pub use loading::{DrivenMotion, History, Loading, PatchDrive, Tangential};
 pub use model::Model;
 pub use newton::Memory;
 pub use points::PointModel;
 pub use problem::{ContactSolver, Effort, StepProblem, StepSolution};
 pub use scheme::Scheme;
-pub use stepper::{ContactProblemView, Settings, State, StepReport, Stepper};
+pub use stepper::{ContactProblemView, PatchReport, Settings, State, StepReport, Stepper};

@@ -65,7 +65,7 @@ struct Rows {
 
 /// An iterate.
 struct Iterate {
-    /// Reactions and shifts times `unit`, N, `[3k + borders]`.
+    /// Reactions and shifts of the borders times `unit`, N, `[3k + borders]`.
     x: Vec<f64>,
     /// W R, m, `[3k]`.
     y: Vec<f64>,
@@ -77,8 +77,6 @@ struct Iterate {
 
 struct System<'a, 'p> {
     p: &'a StepProblem<'p>,
-    /// Components with an unknown shift.
-    borders: Vec<usize>,
     /// N per m of shift.
     unit: f64,
     /// Weight of the equations of the totals.
@@ -91,17 +89,15 @@ pub(super) fn solve(
     p: &StepProblem<'_>,
     target: f64,
     guess: &[f64],
-    shift: [f64; 3],
+    shift: &[f64],
     memory: &mut Memory,
     effort: &mut Effort,
-) -> Result<std::result::Result<StepSolution, (Vec<f64>, [f64; 3])>> {
+) -> Result<std::result::Result<StepSolution, (Vec<f64>, Vec<f64>)>> {
     let k = p.nodes();
-    let borders: Vec<usize> = (0..3).filter(|&c| p.total[c].is_some()).collect();
     let unit = (0..k).map(|i| p.rho(i).normal).sum::<f64>() / k as f64;
-    let s = System { p, unit, share: 1.0 / (k as f64).sqrt(), borders };
+    let s = System { p, unit, share: 1.0 / (k as f64).sqrt() };
     let mut x = guess.to_vec();
-    x.extend(s.borders.iter().map(|&c| shift[c] * unit));
-    // Shifts that are not unknown belong to the free displacement.
+    x.extend(shift.iter().map(|s| s * unit));
     let mut now = s.iterate(x, None, effort);
     let mut exact = true;
     let mut renewals = 0;
@@ -109,7 +105,7 @@ pub(super) fn solve(
     for _ in 0..40 {
         // First: the largest of several numbers passes over one that is none.
         if !now.norm.is_finite() {
-            return Ok(Err((guess.to_vec(), shift)));
+            return Ok(Err((guess.to_vec(), shift.to_vec())));
         }
         if now.largest <= target {
             if exact {
@@ -173,13 +169,8 @@ pub(super) fn solve(
 }
 
 impl System<'_, '_> {
-    fn shift(&self, x: &[f64]) -> [f64; 3] {
-        let mut shift = [0.0; 3];
-        let k3 = self.p.matrix.size();
-        for (b, &c) in self.borders.iter().enumerate() {
-            shift[c] = x[k3 + b] / self.unit;
-        }
-        shift
+    fn shift(&self, x: &[f64]) -> Vec<f64> {
+        x[self.p.matrix.size()..].iter().map(|s| s / self.unit).collect()
     }
 
     /// The iterate with the unknowns `x`; `y` = W R where it is known.
@@ -194,14 +185,15 @@ impl System<'_, '_> {
         let shift = self.shift(&x);
         let (mut square, mut largest) = (0.0, 0.0f64);
         for i in 0..k3 / 3 {
-            let u = [0, 1, 2].map(|c| p.free[3 * i + c] + y[3 * i + c] + shift[c]);
+            let moved = p.shifted(i, &shift);
+            let u = [0, 1, 2].map(|c| p.free[3 * i + c] + y[3 * i + c] + moved[c]);
             let node = node(&x[3 * i..3 * i + 3], &u);
             let f = p.project(i, p.rho(i), &node).map(&node);
             let tangential = f[0] * f[0] + f[1] * f[1];
             square += tangential + f[2] * f[2];
             largest = largest.max(f[2].abs()).max(tangential.sqrt());
         }
-        for e in p.total_error(&x[..k3]) {
+        for e in p.total_errors(&x[..k3]) {
             square += (self.share * e).powi(2);
             largest = largest.max(e.abs());
         }
@@ -213,7 +205,7 @@ impl System<'_, '_> {
         let shift = self.shift(&now.x);
         let mut reaction = now.x;
         reaction.truncate(k3);
-        let u = self.p.displacement(&now.y, shift);
+        let u = self.p.displacement(&now.y, &shift);
         let (residual, status) = self.p.residual(&reaction, &u);
         // What is left on open nodes is below the residual.
         for (i, _) in status.iter().enumerate().filter(|(_, s)| **s == Status::Open) {
@@ -227,10 +219,11 @@ impl System<'_, '_> {
         let (p, k) = (self.p, self.p.nodes());
         let shift = self.shift(&now.x);
         let mut rows = Vec::with_capacity(k);
-        let mut rhs = Vec::with_capacity(3 * k + self.borders.len());
+        let mut rhs = Vec::with_capacity(3 * k + p.borders.len());
         for i in 0..k {
             let r = &now.x[3 * i..3 * i + 3];
-            let u = [0, 1, 2].map(|c| p.free[3 * i + c] + now.y[3 * i + c] + shift[c]);
+            let moved = p.shifted(i, &shift);
+            let u = [0, 1, 2].map(|c| p.free[3 * i + c] + now.y[3 * i + c] + moved[c]);
             let (rho, node) = (p.rho(i), node(r, &u));
             let found = p.project(i, rho, &node);
             let tangent = match found.tangent(&node, p.slope(i, &node)) {
@@ -248,14 +241,13 @@ impl System<'_, '_> {
                 rhs.extend(r.iter().map(|r| -r));
             }
         }
-        let error = p.total_error(&now.x[..3 * k]);
-        rhs.extend(self.borders.iter().map(|&c| -self.share * error[c]));
+        rhs.extend(p.total_errors(&now.x[..3 * k]).into_iter().map(|e| -self.share * e));
         (rows, rhs)
     }
 
     fn factorise(&self, rows: &[Rows], memory: &mut Memory, effort: &mut Effort) {
         let (p, k) = (self.p, self.p.nodes());
-        let size = 3 * k + self.borders.len();
+        let size = 3 * k + p.borders.len();
         let mut j = Mat::<f64>::zeros(size, size);
         for col in 0..3 * k {
             let w = p.matrix.col(col);
@@ -277,21 +269,17 @@ impl System<'_, '_> {
                 out[3 * i] += row.e[0];
                 out[3 * i + 1] += row.e[1];
             }
-            for (b, &of) in self.borders.iter().enumerate() {
-                if c == of {
-                    out[3 * k + b] = self.share;
-                }
+            for (b, border) in p.borders.iter().enumerate() {
+                out[3 * k + b] = self.share * border.row[p.patch_of(i)][c];
             }
         }
-        for (b, &of) in self.borders.iter().enumerate() {
+        for (b, border) in p.borders.iter().enumerate() {
             let out = j.col_as_slice_mut(3 * k + b);
             for (i, row) in rows.iter().enumerate().filter(|(_, r)| r.closed) {
-                if of == 2 {
-                    out[3 * i + 2] = row.normal / self.unit;
-                } else {
-                    out[3 * i] = row.b[0][of] / self.unit;
-                    out[3 * i + 1] = row.b[1][of] / self.unit;
-                }
+                let [x, y, n] = border.column[p.patch_of(i)];
+                out[3 * i] = (row.b[0][0] * x + row.b[0][1] * y) / self.unit;
+                out[3 * i + 1] = (row.b[1][0] * x + row.b[1][1] * y) / self.unit;
+                out[3 * i + 2] = row.normal * n / self.unit;
             }
         }
         memory.factor = Some(j.partial_piv_lu());
@@ -314,16 +302,15 @@ impl System<'_, '_> {
                 out.extend_from_slice(x);
                 continue;
             }
-            let y = [0, 1, 2].map(|c| image[3 * i + c] + shift[c]);
+            let moved = self.p.shifted(i, &shift);
+            let y = [0, 1, 2].map(|c| image[3 * i + c] + moved[c]);
             for c in 0..2 {
                 let direct = row.m[c][0] * x[0] + row.m[c][1] * x[1] + row.e[c] * x[2];
                 out.push(direct + row.b[c][0] * y[0] + row.b[c][1] * y[1]);
             }
             out.push(row.normal * y[2]);
         }
-        for &c in &self.borders {
-            out.push(self.share * v[c..k3].iter().step_by(3).sum::<f64>());
-        }
+        out.extend(self.p.borders.iter().map(|b| self.share * self.p.resultant(b, &v[..k3])));
         (out, image)
     }
 

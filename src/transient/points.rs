@@ -66,7 +66,7 @@ impl PointModel {
 
     /// The state of rest and its approach, m.
     pub fn at_rest(&self, model: &Model<'_>) -> (State, f64) {
-        (State::at_rest(model, &self.reaction, self.approach).remembering(&self.friction), self.approach)
+        (State::at_rest(model, &self.reaction, &[self.approach]).remembering(&self.friction), self.approach)
     }
 }
 

@@ -2,9 +2,10 @@
 //!
 //! With the reactions R = (tx, ty, p) of k nodes and u = free + W R + shift, where u holds the tangential
 //! displacements d of the particle over the step relative to the other body, and the gap g (or θh times its rate): g
-//! ≥ 0 ⟂ p ≥ 0, |t| ≤ μp, t = −μ p d/|d| where d ≠ 0. The shift is the same for all nodes: unknown in the components
-//! whose total force is prescribed, 0 in the others.
+//! ≥ 0 ⟂ p ≥ 0, |t| ≤ μp, t = −μ p d/|d| where d ≠ 0. The shift is rigid: the sum of the unknown shifts of the
+//! [borders](Border), whose resultants are prescribed.
 
+use super::border::Border;
 use super::delassus::DelassusOperator;
 use super::newton::Memory;
 use super::{fixed_point, gauss_seidel, newton, split_newton};
@@ -63,8 +64,10 @@ pub struct StepProblem<'a> {
     pub before: &'a [Remembered],
     /// Step h, s.
     pub step: f64,
-    /// Prescribed totals of the reactions (tx, ty, p), N.
-    pub total: [Option<f64>; 3],
+    /// Patch of each node, `[k]`; empty where there is one.
+    pub patch: &'a [usize],
+    /// Rigid shifts with their prescribed resultants.
+    pub borders: &'a [Border],
     /// Residual of a solution (largest component of the natural map, R − Proj(R − ρ u)) relative to the normal force.
     pub tolerance: f64,
 }
@@ -74,8 +77,8 @@ pub struct StepProblem<'a> {
 pub struct StepSolution {
     /// Reactions (tx, ty, p), N, `[3k]`.
     pub reaction: Vec<f64>,
-    /// Shift of (dx, dy, g), m.
-    pub shift: [f64; 3],
+    /// Shift of each border, m.
+    pub shift: Vec<f64>,
     /// W R, m, `[3k]`.
     pub response: Vec<f64>,
     /// Status of the nodes, `[k]`.
@@ -92,22 +95,29 @@ impl StepProblem<'_> {
         self.matrix.size() / 3
     }
 
-    /// Solves the problem from the reactions `guess` (N, `[3k]`) and the shift that goes with it; `response` is W
+    /// Patch of node `i`.
+    #[inline(always)]
+    pub(super) fn patch_of(&self, i: usize) -> usize {
+        self.patch.get(i).copied().unwrap_or(0)
+    }
+
+    /// Solves the problem from the reactions `guess` (N, `[3k]`) and the shifts that go with it; `response` is W
     /// times the guess, where that is known. `memory` keeps what serves the next step too.
     pub fn solve(
         &self,
         solver: ContactSolver,
         guess: &[f64],
         response: Option<&[f64]>,
-        shift: [f64; 3],
+        shift: &[f64],
         memory: &mut Memory,
         effort: &mut Effort,
     ) -> Result<StepSolution> {
-        if self.total[2].is_some_and(|n| n < 0.0) {
-            return Err(Error::Job(format!(
-                "the normal load is {:.4e} N; a contact can only press",
-                self.total[2].unwrap_or(0.0)
-            )));
+        let pressing = |b: &&Border| b.is_normal() && !b.has_traction() && b.row.iter().all(|r| r[2] >= 0.0);
+        if let Some(pulled) = self.borders.iter().filter(pressing).find(|b| b.total < 0.0) {
+            return Err(Error::Job(format!("the normal load is {:.4e} N; a contact can only press", pulled.total)));
+        }
+        if shift.len() != self.borders.len() {
+            return Err(Error::Defect(format!("{} shifts of {} resultants", shift.len(), self.borders.len())));
         }
         // What picks the largest of several numbers passes over one that is none.
         if self.free.iter().chain(guess).any(|v| v.is_nan()) {
@@ -124,7 +134,7 @@ impl StepProblem<'_> {
         if scale == 0.0 {
             return Ok(StepSolution {
                 reaction: vec![0.0; 3 * k],
-                shift,
+                shift: shift.to_vec(),
                 response: vec![0.0; 3 * k],
                 status: vec![Status::Open; k],
                 friction: Vec::new(),
@@ -133,15 +143,15 @@ impl StepProblem<'_> {
         }
         let target = self.tolerance * scale;
         let mut begun = None;
-        let mut shift = shift;
-        let simple = self.total[..2] == [None; 2] && shift[..2] == [0.0; 2];
+        let mut shift = shift.to_vec();
+        let simple = self.borders.iter().all(Border::is_normal);
         if solver == ContactSolver::Newton && simple && memory.by_parts() {
-            match split_newton::solve(self, target, (guess, response), shift[2], &mut memory.parts, effort) {
+            match split_newton::solve(self, target, (guess, response), &shift, &mut memory.parts, effort) {
                 Ok(solution) => return Ok(solution),
                 Err((best, nearer)) => {
                     memory.refused();
-                    if best.iter().all(|v| v.is_finite()) && nearer.is_finite() {
-                        (begun, shift[2]) = (Some(best), nearer);
+                    if best.iter().chain(&nearer).all(|v| v.is_finite()) {
+                        (begun, shift) = (Some(best), nearer);
                     }
                 }
             }
@@ -149,10 +159,10 @@ impl StepProblem<'_> {
         let guess = begun.as_deref().unwrap_or(guess);
         let solved = match solver {
             ContactSolver::FixedPoint => fixed_point::solve(self, target, guess, shift, 200_000, effort)?,
-            ContactSolver::Newton => match self.direct(target, guess, shift, memory, effort)? {
+            ContactSolver::Newton => match self.direct(target, guess, shift.clone(), memory, effort)? {
                 Ok(solution) => solution,
-                Err(best) => match [0, 1].into_iter().find(|&c| self.total[c].is_some()) {
-                    Some(c) => self.bracketed(c, target, guess.to_vec(), shift, memory, effort)?,
+                Err(best) => match self.borders.iter().position(|b| b.tangential().is_some()) {
+                    Some(b) => self.bracketed(b, target, guess.to_vec(), shift, memory, effort)?,
                     None => fixed_point::solve(self, target, &best.0, best.1, 5_000, effort)?,
                 },
             },
@@ -167,13 +177,13 @@ impl StepProblem<'_> {
         &self,
         target: f64,
         guess: &[f64],
-        shift: [f64; 3],
+        shift: Vec<f64>,
         memory: &mut Memory,
         effort: &mut Effort,
-    ) -> Result<std::result::Result<StepSolution, (Vec<f64>, [f64; 3])>> {
+    ) -> Result<std::result::Result<StepSolution, (Vec<f64>, Vec<f64>)>> {
         let mut start = (guess.to_vec(), shift);
         for round in 0..4 {
-            match newton::solve(self, target, &start.0, start.1, memory, effort)? {
+            match newton::solve(self, target, &start.0, &start.1, memory, effort)? {
                 Ok(solution) => return Ok(Ok(solution)),
                 // Newton's method cycles where several nodes are about to change; sweeps do not.
                 Err(best) if round < 3 => start = gauss_seidel::sweep(self, target, best.0, best.1, 30, effort),
@@ -183,40 +193,41 @@ impl StepProblem<'_> {
         Ok(Err(start))
     }
 
-    /// The shift of component `c` by bracketing: the force falls with the shift, and at a given shift the problem is
+    /// The shift of border `number` by bracketing: the force falls with the shift, and at a given shift the problem is
     /// a good-natured one. A prescribed force near the limit of friction needs this: where all nodes slide it says
     /// nothing of the shift.
     fn bracketed(
         &self,
-        c: usize,
+        number: usize,
         target: f64,
         mut reaction: Vec<f64>,
-        start: [f64; 3],
+        start: Vec<f64>,
         memory: &mut Memory,
         effort: &mut Effort,
     ) -> Result<StepSolution> {
-        let total = self.total[c].unwrap_or(0.0);
-        let mut given = self.total;
-        given[c] = None;
-        let mut others = start;
-        others[c] = 0.0;
+        let border = &self.borders[number];
+        let (total, c) = (border.total, border.tangential().unwrap_or(0));
+        let mut given = self.borders.to_vec();
+        given.remove(number);
+        let mut others = start.clone();
+        others.remove(number);
         let mut at = |s: f64, effort: &mut Effort| -> Result<(StepSolution, f64)> {
-            let free: Vec<f64> =
-                self.free.iter().enumerate().map(|(k, f)| if k % 3 == c { f + s } else { *f }).collect();
-            let inner = StepProblem { free: &free, total: given, tolerance: 0.1 * self.tolerance, ..*self };
-            let mut found = inner.solve(ContactSolver::Newton, &reaction, None, others, memory, effort)?;
+            let moved = |(k, f): (usize, &f64)| f + border.column[self.patch_of(k / 3)][k % 3] * s;
+            let free: Vec<f64> = self.free.iter().enumerate().map(moved).collect();
+            let inner = StepProblem { free: &free, borders: &given, tolerance: 0.1 * self.tolerance, ..*self };
+            let mut found = inner.solve(ContactSolver::Newton, &reaction, None, &others, memory, effort)?;
             reaction.clone_from(&found.reaction);
-            others = found.shift;
-            found.shift[c] = s;
-            let error = found.reaction[c..].iter().step_by(3).sum::<f64>() - total;
+            others.clone_from(&found.shift);
+            found.shift.insert(number, s);
+            let error = self.resultant(border, &found.reaction) - total;
             Ok((found, error))
         };
-        let (found, error) = at(start[c], effort)?;
+        let (found, error) = at(start[number], effort)?;
         if error.abs() <= target {
             return Ok(found);
         }
         let stiffness = (0..self.nodes()).map(|i| self.rho(i).tangential).sum::<f64>() / self.nodes().max(1) as f64;
-        let mut near = (start[c], error);
+        let mut near = (start[number], error);
         let mut step = error / stiffness;
         let mut far = None;
         for _ in 0..60 {
@@ -235,7 +246,7 @@ impl StepProblem<'_> {
         let Some(mut far) = far else {
             return Err(Error::NotConverged(format!(
                 "contact of a time step: friction cannot carry the tangential force of {total:.4e} N along {}",
-                ["x", "y"][c.min(1)]
+                ["x", "y"][c]
             )));
         };
         // Regula falsi of the Illinois kind: the end that stays is halved.
@@ -262,12 +273,17 @@ impl StepProblem<'_> {
     /// Measure of the forces in this problem, N: the load where it is given, else what the guess and the penetrations
     /// say; 0 where nothing touches.
     pub(super) fn scale(&self, guess: &[f64]) -> f64 {
-        if let Some(n) = self.total[2] {
-            return n;
+        let normal = || self.borders.iter().filter(|b| b.is_normal());
+        let load: f64 = normal().map(|b| b.total.abs()).sum();
+        let patches = self.borders.first().map_or(1, |b| b.column.len());
+        if normal().next().is_some() && (0..patches).all(|c| normal().any(|b| b.moves(c))) {
+            return load;
         }
-        let pressed: f64 = guess.chunks_exact(3).map(|r| r[2].max(0.0)).sum();
-        let normal = self.free.chunks_exact(3).zip(self.matrix.diagonal().chunks_exact(3));
-        normal.map(|(free, compliance)| -free[2] / compliance[2]).fold(pressed, f64::max).max(0.0)
+        let held = |i: usize| !normal().any(|b| b.moves(self.patch_of(i)));
+        let pressed: f64 = (0..self.nodes()).filter(|&i| held(i)).map(|i| guess[3 * i + 2].max(0.0)).sum();
+        let normal = self.free.chunks_exact(3).zip(self.matrix.diagonal().chunks_exact(3)).enumerate();
+        let normal = normal.filter(|(i, _)| held(*i)).map(|(_, (free, compliance))| -free[2] / compliance[2]);
+        load + normal.fold(pressed, f64::max).max(0.0)
     }
 
     /// Augmentation parameters of node `i`, N/m: the inverse of its own compliance.
@@ -317,7 +333,7 @@ impl StepProblem<'_> {
 
     /// Largest component of the map over all nodes and of the errors in the totals, N; and the status of the nodes.
     pub fn residual(&self, reaction: &[f64], u: &[f64]) -> (f64, Vec<Status>) {
-        let mut largest = self.total_error(reaction).into_iter().fold(0.0, |m: f64, e| m.max(e.abs()));
+        let mut largest = self.total_errors(reaction).into_iter().fold(0.0, |m: f64, e| m.max(e.abs()));
         let mut states = Vec::with_capacity(self.nodes());
         for i in 0..self.nodes() {
             let node = node(&reaction[3 * i..3 * i + 3], &u[3 * i..3 * i + 3]);
@@ -332,20 +348,34 @@ impl StepProblem<'_> {
         (largest, states)
     }
 
-    /// Totals of the reactions minus the prescribed ones, N; 0 where none is prescribed.
-    pub(super) fn total_error(&self, reaction: &[f64]) -> [f64; 3] {
-        let mut error = [0.0; 3];
-        for c in 0..3 {
-            if let Some(t) = self.total[c] {
-                error[c] = reaction[c..].iter().step_by(3).sum::<f64>() - t;
-            }
+    /// Resultant of the reactions in a border, N.
+    pub(super) fn resultant(&self, border: &Border, reaction: &[f64]) -> f64 {
+        reaction.chunks_exact(3).enumerate().map(|(i, r)| border.contribution(self.patch_of(i), r)).sum()
+    }
+
+    /// Resultants of the reactions minus the prescribed ones, N, `[borders]`.
+    pub(super) fn total_errors(&self, reaction: &[f64]) -> Vec<f64> {
+        self.borders.iter().map(|b| self.resultant(b, reaction) - b.total).collect()
+    }
+
+    /// Displacement (d_x, d_y, g) of node `i` by the shifts of the borders, m.
+    #[inline(always)]
+    pub(super) fn shifted(&self, i: usize, shift: &[f64]) -> [f64; 3] {
+        let mut moved = [0.0; 3];
+        for (border, s) in self.borders.iter().zip(shift) {
+            let column = &border.column[self.patch_of(i)];
+            (0..3).for_each(|c| moved[c] += column[c] * s);
         }
-        error
+        moved
     }
 
     /// u = free + y + shift, `[3k]`.
-    pub(super) fn displacement(&self, y: &[f64], shift: [f64; 3]) -> Vec<f64> {
-        self.free.iter().zip(y).enumerate().map(|(k, (f, y))| f + y + shift[k % 3]).collect()
+    pub(super) fn displacement(&self, y: &[f64], shift: &[f64]) -> Vec<f64> {
+        let at = |i: usize| {
+            let moved = self.shifted(i, shift);
+            [0, 1, 2].map(|c| self.free[3 * i + c] + y[3 * i + c] + moved[c])
+        };
+        (0..self.nodes()).flat_map(at).collect()
     }
 }
 

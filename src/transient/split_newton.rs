@@ -56,28 +56,28 @@ impl Kept {
 struct Iterate {
     /// Reactions, N.
     x: SoaVec3,
-    /// Shift of the gaps, m; 0 where no load is prescribed.
-    shift: f64,
+    /// Shifts of the borders, m, `[borders]`.
+    shift: Vec<f64>,
     /// W x, m.
     y: SoaVec3,
 }
 
 /// Solves to the largest residual `target`, N, from the reactions `x` and their response `y` = W x where it is known
-/// (to rounding), and the shift of the gaps. The last reactions and shift where the method stalls or the problem is
-/// not for it. No tangential totals may be prescribed.
+/// (to rounding), and the shifts of the borders, all of them along the normal. The last reactions and shifts where the
+/// method stalls or the problem is not for it.
 pub(super) fn solve(
     p: &StepProblem<'_>,
     target: f64,
     (x, y): (&[f64], Option<&[f64]>),
-    shift: f64,
+    shift: &[f64],
     memory: &mut Kept,
     effort: &mut Effort,
-) -> Result<StepSolution, (Vec<f64>, f64)> {
+) -> Result<StepSolution, (Vec<f64>, Vec<f64>)> {
     let (k, l) = (p.nodes(), p.matrix.places());
     let Kept { parts, old } = memory;
     let parts = parts.get_or_insert_with(|| SplitNewton::new(p, old.take()));
     if !parts.seen.moves() {
-        return Err((x.to_vec(), shift));
+        return Err((x.to_vec(), shift.to_vec()));
     }
     parts.seen.pose(p);
     // What the norm fell by in the last iteration. Of the first one nothing is known but whether it begins near the
@@ -89,7 +89,7 @@ pub(super) fn solve(
             Some(y) => SoaVec3::of(y, l),
             None => SoaVec3::of(&product(p, x, effort), l),
         };
-        Iterate { x: SoaVec3::of(x, l), shift, y }
+        Iterate { x: SoaVec3::of(x, l), shift: shift.to_vec(), y }
     } else {
         progress = 0.3;
         exact = true;
@@ -157,7 +157,7 @@ fn solution(p: &StepProblem<'_>, mut now: Iterate, seen: &NaturalMap) -> StepSol
     let friction = if p.friction.is_constant() { Vec::new() } else { seen.friction().to_vec() };
     StepSolution {
         reaction: now.x.give(k),
-        shift: [0.0, 0.0, now.shift],
+        shift: now.shift,
         response: now.y.give(k),
         status: (0..k).map(|i| seen.status(i)).collect(),
         friction,
@@ -171,13 +171,26 @@ impl SplitNewton {
         Self { seen: NaturalMap::new(p), normal: Normal::new(p.nodes()), tangential: None, spare }
     }
 
-    /// If a load is given and no node is closed, lets the nearest one touch with that load. Whether it had to.
+    /// If a load is given and no node that its shift moves is closed, lets the nearest one touch with that load.
+    /// Returns whether it had to.
     fn approach(&self, p: &StepProblem<'_>, now: &mut Iterate) -> bool {
-        let Some(load) = p.total[2].filter(|_| self.seen.closed.iter().all(|c| *c == 0.0)) else { return false };
-        let gap = &self.seen.u.row(2)[..p.nodes()];
-        let Some(i) = (0..gap.len()).min_by(|&a, &b| gap[a].total_cmp(&gap[b])) else { return false };
-        now.shift = -gap[i] - load / self.seen.rho(i).normal;
-        true
+        let (seen, mut had_to) = (&self.seen, false);
+        for (b, border) in p.borders.iter().enumerate() {
+            let column = |i: usize| border.column[p.patch_of(i)][2];
+            let moved = || (0..p.nodes()).filter(|&i| column(i) > 0.0);
+            if !(border.total > 0.0) || moved().next().is_none() || moved().any(|i| seen.closed[i] > 0.0) {
+                continue;
+            }
+            // The gap of a node without this shift, per unit of it: the first to touch has the largest shift.
+            let own = |i: usize| {
+                let others = p.shifted(i, &now.shift)[2] - column(i) * now.shift[b];
+                -(seen.u.row(2)[i] + others) / column(i)
+            };
+            let Some(i) = moved().max_by(|&i, &j| own(i).total_cmp(&own(j)).then(j.cmp(&i))) else { continue };
+            now.shift[b] = own(i) - border.total / (seen.rho(i).normal * column(i));
+            had_to = true;
+        }
+        had_to
     }
 
     /// Newton's step; leaves the response as it was.
@@ -185,7 +198,7 @@ impl SplitNewton {
         let (seen, unit) = (&mut self.seen, p.matrix.unit());
         // Displacements once the reactions of open nodes are gone.
         let open = seen.open();
-        let mut lack = seen.lack;
+        let mut lack = seen.lack.clone();
         for (i, c) in open.iter().flat_map(|&i| [0, 1, 2].map(|c| (i, c))) {
             let gone = std::mem::take(&mut now.x.row_mut(c)[i]);
             if gone != 0.0 {
@@ -194,7 +207,7 @@ impl SplitNewton {
                     let rows = column[r..].iter().step_by(3);
                     seen.u.row_mut(r).iter_mut().zip(rows).for_each(|(u, w)| *u -= w * gone);
                 }
-                lack += if c == 2 { gone } else { 0.0 };
+                lack.iter_mut().zip(p.borders).for_each(|(l, b)| *l += b.row[p.patch_of(i)][c] * gone);
             }
         }
         effort.solutions += 1;
@@ -206,10 +219,12 @@ impl SplitNewton {
             });
         }
         let mut gap = AlignedVec::zeros(p.matrix.places());
-        Arch::new().dispatch(Gaps { seen, shift: now.shift, per_unit: -1.0 / unit, gap: &mut gap });
-        let wanted = Wanted { gap, total: p.total[2].map(|_| lack as f32) };
-        let (pressure, nearer) = self.normal.press(p.matrix.gaps(), open, wanted, forcing, effort);
-        now.shift -= unit * f64::from(nearer);
+        Arch::new().dispatch(Gaps { seen, per_unit: -1.0 / unit, gap: &mut gap });
+        let borders = seen.normal_borders(p, &now.x, &mut lack);
+        let lack = lack.iter().map(|l| *l as f32).collect();
+        let wanted = Wanted { gap, lack };
+        let (pressure, nearer) = self.normal.press((p.matrix.gaps(), &borders), open, wanted, forcing, effort);
+        now.shift.iter_mut().zip(&nearer).for_each(|(s, n)| *s -= unit * f64::from(*n));
         self.slide(p, &pressure, &mut now.x, forcing, effort);
         now.x.row_mut(2).iter_mut().zip(pressure.iter()).for_each(|(x, q)| *x += f64::from(*q));
     }
@@ -262,7 +277,6 @@ impl SplitNewton {
 /// Gaps that pressures have to close, over minus the unit; 0 at open nodes.
 struct Gaps<'a> {
     seen: &'a NaturalMap,
-    shift: f64,
     per_unit: f64,
     gap: &'a mut [f32],
 }
@@ -272,12 +286,13 @@ impl WithSimd for Gaps<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
-        let Self { seen, shift, per_unit, gap } = self;
+        let Self { seen, per_unit, gap } = self;
         let [_, _, u] = seen.u.lanes();
-        let (closed, gap) = (lanes(&seen.closed, u.len()), lanes_mut(gap, u.len()));
+        let (closed, shift) = (lanes(&seen.closed, u.len()), lanes(&seen.shift, u.len()));
+        let gap = lanes_mut(gap, u.len());
         for b in 0..u.len() {
-            let (u, closed) = (u[b], closed[b]);
-            gap[b] = lane(|k| if closed[k] > 0.0 { ((u[k] + shift) * per_unit) as f32 } else { 0.0 });
+            let (u, closed, shift) = (u[b], closed[b], shift[b]);
+            gap[b] = lane(|k| if closed[k] > 0.0 { ((u[k] + shift[k]) * per_unit) as f32 } else { 0.0 });
         }
     }
 }
@@ -378,6 +393,7 @@ mod tests {
     use crate::friction::{Exponential, FrictionLaw};
     use crate::grid::Interface;
     use crate::model::combined_compliance;
+    use crate::transient::border::Border;
     use crate::transient::{ContactSolver, DelassusOperator, Memory};
 
     /// (dx, dy, g) of bodies pressed together by `approach` and moved by about `path`, unevenly over the contact.
@@ -415,10 +431,19 @@ mod tests {
                 let free = displacements(&s, (8.0 + 0.01 * step as f64) * 1e-5, (1.0 + 0.01 * step as f64) * 1.2e-5);
                 let tolerance = 1e-11;
                 let (friction, before) = (&friction, &[][..]);
-                let p = StepProblem { matrix, free: &free, friction, before, step: 1e-5, total: [None; 3], tolerance };
+                let p = StepProblem {
+                    matrix,
+                    free: &free,
+                    friction,
+                    before,
+                    step: 1e-5,
+                    patch: &[],
+                    borders: &[],
+                    tolerance,
+                };
                 let solve = |solver, memory: &mut Memory| {
                     let mut effort = Effort::default();
-                    let found = p.solve(solver, &guess, None, [0.0; 3], memory, &mut effort).unwrap();
+                    let found = p.solve(solver, &guess, None, &[], memory, &mut effort).unwrap();
                     (found, effort)
                 };
                 let (found, effort) = solve(ContactSolver::Newton, &mut memory);
@@ -436,20 +461,20 @@ mod tests {
                 }
                 // The same with the load given and the approach unknown: from nothing, from bodies far apart, and
                 // from what is known.
-                let loaded = StepProblem { total: [None, None, Some(normal)], ..p };
+                let borders = [Border::of_component(2, normal)];
+                let loaded = StepProblem { borders: &borders, ..p };
                 let nothing = vec![0.0; 3 * s.len()];
                 for (guess, known) in [(&nothing, 2e-6), (&nothing, 1e-3), (&guess, 1e-3), (&guess, -1e-7)] {
                     let (mut effort, mut memory) = (Effort::default(), Memory::default());
-                    let found = loaded
-                        .solve(ContactSolver::Newton, guess, None, [0.0, 0.0, known], &mut memory, &mut effort)
-                        .unwrap();
+                    let found =
+                        loaded.solve(ContactSolver::Newton, guess, None, &[known], &mut memory, &mut effort).unwrap();
                     let off = found.reaction.iter().zip(&reference.reaction).map(|(a, b)| (a - b).abs());
                     let off = off.fold(0.0, f64::max);
                     assert!(
                         off < 1e-8 * 0.25 * normal,
                         "{friction:?}, step {step}, load given: {off:e} of {normal:e} N"
                     );
-                    assert!(found.shift[2].abs() < 1e-9 * 8e-5, "shift {:e}", found.shift[2]);
+                    assert!(found.shift[0].abs() < 1e-9 * 8e-5, "shift {:e}", found.shift[0]);
                     assert!(effort.factorisations == 0 || !friction.is_constant(), "step {step}: {effort:?}");
                 }
                 guess = found.reaction;
@@ -473,20 +498,20 @@ mod tests {
             friction: &friction,
             before: &[],
             step: 1e-5,
-            total: [None, None, Some(load)],
+            patch: &[],
+            borders: &[Border::of_component(2, load)],
             tolerance: 1e-10,
         };
         for known in [-1e-4, 0.0, 1e-4] {
             let (mut effort, mut memory) = (Effort::default(), Memory::default());
             let guess = vec![0.0; 3 * s.len()];
-            let shift = [0.0, 0.0, known];
-            let found = p.solve(ContactSolver::Newton, &guess, None, shift, &mut memory, &mut effort).unwrap();
+            let found = p.solve(ContactSolver::Newton, &guess, None, &[known], &mut memory, &mut effort).unwrap();
             let closed: Vec<usize> = (0..s.len()).filter(|&i| found.status[i] != Status::Open).collect();
             assert_eq!(closed, [40], "from a shift of {known}");
             let r = &found.reaction[120..123];
             assert!((r[2] - load).abs() < 1e-12 && (size([r[0], r[1]]) - 0.3 * load).abs() < 1e-12, "{r:?}");
             // The gap of the middle node is closed.
-            assert!((s.gap[40] + found.response[122] + found.shift[2]).abs() < 1e-18, "{:?}", found.shift);
+            assert!((s.gap[40] + found.response[122] + found.shift[0]).abs() < 1e-18, "{:?}", found.shift);
             assert_eq!(effort.factorisations, 0, "{effort:?}");
         }
     }
@@ -507,9 +532,12 @@ mod tests {
                     let guess = vec![guess; 3 * s.len()];
                     let solve = |free: &[f64]| {
                         let (before, step, tolerance) = (&[][..], 1e-5, 1e-10);
-                        let total = [None, None, total];
-                        let p = StepProblem { matrix, free, friction: &friction, before, step, total, tolerance };
-                        p.solve(solver, &guess, None, [0.0; 3], &mut Memory::default(), &mut Effort::default())
+                        let borders: Vec<Border> = total.map(|n| Border::of_component(2, n)).into_iter().collect();
+                        let (patch, borders) = (&[][..], &borders[..]);
+                        let friction = &friction;
+                        let p = StepProblem { matrix, free, friction, before, step, patch, borders, tolerance };
+                        let shift = vec![0.0; borders.len()];
+                        p.solve(solver, &guess, None, &shift, &mut Memory::default(), &mut Effort::default())
                     };
                     solve(&free).unwrap();
                     free[at] = f64::NAN;

@@ -7,8 +7,8 @@ use faer::Mat;
 
 impl State {
     /// At rest under the nodal reactions `reaction` (tx, ty, p), N, `[3n]`, and the loads of the model; rigid-body
-    /// modes are at 0.
-    pub fn at_rest(model: &Model, reaction: &[f64], approach: f64) -> Self {
+    /// modes are at 0. `motions` are the rigid ones, m, `[motions]`: of one patch its approach.
+    pub fn at_rest(model: &Model, reaction: &[f64], motions: &[f64]) -> Self {
         let m = model.omega.len();
         let force = Mat::from_fn(m, 1, |k, _| {
             let load = model.load.get(k).copied().unwrap_or(0.0);
@@ -20,7 +20,7 @@ impl State {
             q,
             v: vec![0.0; m],
             reaction: reaction.to_vec(),
-            approach,
+            motions: motions.to_vec(),
             creep: [0.0; 2],
             friction: Vec::new(),
             energy: Energy::default(),
@@ -93,8 +93,8 @@ mod tests {
             load: &[50.0, 3.0],
         };
         let reaction: Vec<f64> = (0..27).map(|i| if i == 14 { 100.0 } else { 0.0 }).collect();
-        let rest = State::at_rest(&model, &reaction, 0.01);
-        assert_eq!((&rest.q[..], &rest.v[..], rest.approach), (&[2.5, 0.0][..], &[0.0; 2][..], 0.01));
+        let rest = State::at_rest(&model, &reaction, &[0.01]);
+        assert_eq!((&rest.q[..], &rest.v[..], &rest.motions[..]), (&[2.5, 0.0][..], &[0.0; 2][..], &[0.01][..]));
         // q + Re(z), and the velocity that goes with the motion Re(z e^{λt}).
         let (z, value) = ([Complex64::new(1.0, 2.0), Complex64::new(0.0, -1.0)], Complex64::new(3.0, 5.0));
         let moved = rest.clone().perturbed(&z, value, 0.1);

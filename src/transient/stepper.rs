@@ -3,11 +3,12 @@
 use faer::Mat;
 
 use super::aligned::{whole, AlignedVec};
+use super::border::Border;
 use super::delassus::DelassusOperator;
 use super::departure_point::{feet, DeparturePoint};
 use super::dynamics::Dynamics;
 use super::energy::Energy;
-use super::loading::{Loading, Normal, Tangential};
+use super::loading::Loading;
 use super::low_rank_modes::LowRankModes;
 use super::model::{Impact, Model};
 use super::newton::Memory;
@@ -16,19 +17,21 @@ use super::scheme::{Modal, Scheme};
 use crate::contact::law::Status;
 use crate::dense::{self, dot};
 use crate::friction::{FrictionLaw, Remembered};
-use crate::grid::Interface;
+use crate::grid::{ContactPatch, Interface};
 use crate::roughness::Surface;
 use crate::{Error, Result};
 
 mod integrated;
 mod remembered;
 mod roughness_gap;
+mod step_drive;
 mod step_result;
 mod working_set;
 
 use integrated::Integrated;
 use roughness_gap::RoughnessGap;
-pub use step_result::{ContactProblemView, Fields, StepReport};
+use step_drive::StepDrive;
+pub use step_result::{ContactProblemView, Fields, PatchReport, StepReport};
 use step_result::{End, NodeState};
 use working_set::{InactiveNodes, WorkingSet};
 
@@ -63,8 +66,8 @@ pub struct State {
     pub v: Vec<f64>,
     /// Reactions (tx, ty, p), N, `[3n]`.
     pub reaction: Vec<f64>,
-    /// Approach, m; of several patches the rigid motion that they share.
-    pub approach: f64,
+    /// Rigid motions of the loading, m, `[motions]`; of one patch its approach.
+    pub motions: Vec<f64>,
     /// Rigid creep velocities, m/s, of the directions with a prescribed force.
     pub creep: [f64; 2],
     /// Coefficients of friction that the material at the nodes remembers, `[n]`; empty where friction is constant. A
@@ -111,6 +114,8 @@ pub struct Stepper<'a> {
     /// Memory of friction before it, `[core]`.
     before: Vec<Remembered>,
     report: StepReport,
+    /// Patches that stayed open in the last step, because nothing pressed them.
+    open: Vec<bool>,
     /// The start has settled and no step has followed: the reactions are those of a step later.
     settled: bool,
 }
@@ -162,7 +167,7 @@ impl<'a> Stepper<'a> {
                 state.friction.len()
             )));
         }
-        if impact == Impact::Rigid && matches!(settings.drive.normal, Normal::Force(_)) {
+        if impact == Impact::Rigid && settings.drive.is_loaded() {
             return Err(Error::Job(
                 "analyses.transient: bodies without residual compliance need a given approach, not a normal load"
                     .into(),
@@ -171,6 +176,13 @@ impl<'a> Stepper<'a> {
         let w = motion.operator(&model);
         let s = model.interface;
         settings.drive.check(s.patches.len())?;
+        if state.motions.len() != settings.drive.motions.len() {
+            return Err(Error::Defect(format!(
+                "transient: {} rigid motions in the state, {} in the loading",
+                state.motions.len(),
+                settings.drive.motions.len()
+            )));
+        }
         let slope = (0..n)
             .map(|i| {
                 let (patch, ix, iy) = s.place(i);
@@ -195,6 +207,7 @@ impl<'a> Stepper<'a> {
             state,
             working: WorkingSet {
                 nodes: Vec::new(),
+                patch: Vec::new(),
                 core: 0,
                 full: 0,
                 place: Vec::new(),
@@ -216,6 +229,7 @@ impl<'a> Stepper<'a> {
             posed: Vec::new(),
             before: Vec::new(),
             report: StepReport::default(),
+            open: Vec::new(),
             settled: false,
         };
         new.reset()?;
@@ -277,6 +291,16 @@ impl<'a> Stepper<'a> {
         self.state.step as f64 * self.settings.scheme.step
     }
 
+    /// The contact patches.
+    pub fn patches(&self) -> &[ContactPatch] {
+        &self.model.interface.patches
+    }
+
+    /// Approach of patch `c` in the present state, m.
+    pub fn approach(&self, c: usize) -> f64 {
+        self.settings.drive.approaches(&self.state.motions)[c]
+    }
+
     /// The report of the last step.
     pub fn report(&self) -> &StepReport {
         &self.report
@@ -291,8 +315,8 @@ impl<'a> Stepper<'a> {
         for _ in 0..2 {
             self.advance()?;
             let reaction = std::mem::take(&mut self.state.reaction);
-            let (approach, creep) = (self.state.approach, self.state.creep);
-            self.state = State { reaction, approach, creep, ..kept.clone() };
+            let motions = std::mem::take(&mut self.state.motions);
+            self.state = State { reaction, motions, creep: self.state.creep, ..kept.clone() };
             self.reset()?;
         }
         let (kinetic, elastic) = self.stored();
@@ -348,30 +372,12 @@ impl<'a> Stepper<'a> {
             None => self.shapes.seen(&q_free),
         };
         let v_seen = if self.impact == Impact::Rigid { self.shapes.seen(&v_free) } else { Vec::new() };
-        let drive = &self.settings.drive;
-        let mut total = [None; 3];
-        // Creep along x and y, and spin, of each patch.
-        let mut creeps = vec![([0.0; 2], 0.0); drive.patches.len()];
-        for (patch, (creep, spin)) in drive.patches.iter().zip(&mut creeps) {
-            for c in 0..2 {
-                match &patch.tangential[c] {
-                    Tangential::Creep(history) => creep[c] = history.at(t + 0.5 * h),
-                    Tangential::Force(history) => total[c] = Some(history.at(t + h)),
-                }
-            }
-            *spin = patch.spin.at(t + 0.5 * h);
+        let drive = StepDrive::new(&self.settings.drive, &self.state, t, h);
+        if drive.open != self.open {
+            self.memory.forget();
+            self.open.clone_from(&drive.open);
         }
-        let (approach, rate) = match &drive.normal {
-            Normal::Force(history) => {
-                total[2] = Some(history.at(t + h));
-                (0.0, 0.0)
-            }
-            Normal::Approach(history) => (history.at(t + h), (history.at(t + h) - history.at(t)) / h),
-        };
-        // A load that comes back where nothing touches needs a node to rest on; others come in as they are reached.
-        if self.working.core == 0 && total[2].is_some_and(|n| n > 0.0) {
-            self.gather(vec![self.nearest(&q_seen)])?;
-        }
+        self.rest_on_nearest(&drive, &q_seen)?;
         let mut effort = Effort::default();
         let mut rounds = 0;
         let mut touching = self.touching();
@@ -387,13 +393,17 @@ impl<'a> Stepper<'a> {
             for a in 0..core {
                 let i = ws.nodes[a];
                 let ([x, y], own) = ws.at[a];
-                let (creep, spin) = creeps[self.model.interface.patch_of(i)];
+                let patch = ws.patch_of(a);
+                let (creep, spin) = drive.creeps[patch];
                 let foot = self.foot_value(a);
                 let rigid = [creep[0] - spin * y + own[0], creep[1] + spin * x + own[1]];
                 for c in 0..2 {
                     b[3 * a + c] += h * rigid[c] - foot[c];
                 }
-                let gap = b[3 * a + 2] + self.passing.after[i] - self.approach(i, approach);
+                let gap = match drive.open[patch] {
+                    true => FAR,
+                    false => b[3 * a + 2] + self.passing.after[i] - drive.approach[patch],
+                };
                 gaps.push(gap);
                 let closes = touching.as_ref().map_or(gap <= 0.0, |t| t[i]);
                 b[3 * a + 2] = match self.impact {
@@ -401,7 +411,7 @@ impl<'a> Stepper<'a> {
                     Impact::Rigid if !closes && self.massive => FAR,
                     Impact::Rigid if !closes => f64::INFINITY,
                     Impact::Rigid => {
-                        let rate = self.approach(i, rate) + self.passing.raised(i) / h;
+                        let rate = drive.rate[patch] + self.passing.raised(i) / h;
                         theta * h * (dot(&ws.psi[rank * (3 * a + 2)..][..rank], &v_seen) - rate)
                     }
                 };
@@ -413,12 +423,12 @@ impl<'a> Stepper<'a> {
                 friction: &self.settings.friction,
                 before: &before,
                 step: h,
-                total,
+                patch: &ws.patch,
+                borders: &drive.borders,
                 tolerance: self.settings.tolerance,
             };
-            let (guess, known) = self.guess();
-            let shift = [self.state.creep[0] * h, self.state.creep[1] * h, -self.state.approach];
-            let shift = [0, 1, 2].map(|c| if total[c].is_some() { shift[c] } else { 0.0 });
+            let (guess, known) = self.guess(&drive.open);
+            let shift = &drive.shifts(&self.state, h)[..];
             let solution = match &mut self.integrated {
                 Some(integrated) => integrated.solve(&problem, &ws.nodes[..core], &guess, shift, &mut effort)?,
                 None => {
@@ -437,13 +447,15 @@ impl<'a> Stepper<'a> {
             let modal = self.modal_reaction(&solution.reaction);
             let (mut q, mut v) = (q_free.clone(), v_free.clone());
             self.motion.add(&modal, &mut q, &mut v);
-            let mut entering = self.entering(&solution, (&response, &free), &q, approach);
+            let motions = drive.motions(&solution.shift);
+            let approach = self.settings.drive.approaches(&motions);
+            let mut entering = self.entering(&solution, (&response, &free), &q, &approach);
             if entering.is_empty() {
-                entering = self.pressed_beyond(&solution, (&response, &free), approach);
+                entering = self.pressed_beyond(&solution, (&response, &free), &approach);
             }
             let mut late = 0;
             if let Some(touching) = &mut touching {
-                let limit = self.rounding(approach);
+                let limit = self.rounding(&drive.approach);
                 for (a, gap) in gaps.iter().enumerate() {
                     let i = self.working.nodes[a];
                     if !touching[i] && gap + response[3 * a + 2] < limit {
@@ -458,13 +470,14 @@ impl<'a> Stepper<'a> {
                 self.met.nodes.clear();
                 self.met.nodes.extend_from_slice(&self.working.nodes[..core]);
                 self.met.slip.clear();
+                let along = drive.tangential(&solution.shift);
                 for (b, y) in b.chunks_exact(3).zip(response.chunks_exact(3)) {
-                    self.met.slip.extend([b[0] + y[0] + solution.shift[0], b[1] + y[1] + solution.shift[1]]);
+                    self.met.slip.extend([b[0] + y[0] + along[0], b[1] + y[1] + along[1]]);
                 }
                 self.posed = b;
                 self.before = before;
-                let approach = if total[2].is_some() { -solution.shift[2] } else { approach };
-                break End { solution, response, free, modal, q, v, approach };
+                let creep = along.map(|d| d / h);
+                break End { solution, response, free, modal, q, v, motions, creep };
             }
             rounds += 1;
             if rounds > 50 {
@@ -480,7 +493,7 @@ impl<'a> Stepper<'a> {
             core.append(&mut entering);
             self.gather(core)?;
         };
-        self.take(end, total, effort);
+        self.take(end, effort);
         self.shrink()
     }
 
@@ -493,19 +506,29 @@ impl<'a> Stepper<'a> {
         self.massive.then(|| (0..n).map(pressed).collect())
     }
 
-    /// Approach at node `i` by the rigid motion `motion`, m; or the rate of the one by that of the other.
-    fn approach(&self, i: usize, motion: f64) -> f64 {
-        self.settings.drive.factors[self.model.interface.patch_of(i)] * motion
+    /// Gives a load that nothing bears a node to rest on, the nearest one that its motion moves; others come in as
+    /// they are reached. `q` is seen of the modes, `[r]`.
+    fn rest_on_nearest(&mut self, drive: &StepDrive, q: &[f64]) -> Result<()> {
+        let core = &self.working.nodes[..self.working.core];
+        let borne = |c: usize| core.iter().any(|&i| self.model.interface.patch_of(i) == c);
+        let patches = 0..drive.open.len();
+        let bare = |b: &&Border| b.is_normal() && b.total > 0.0 && !patches.clone().any(|c| b.moves(c) && borne(c));
+        let nearest: Vec<usize> =
+            drive.borders.iter().filter(bare).filter_map(|b| self.nearest(q, |c| b.moves(c))).collect();
+        if nearest.is_empty() {
+            return Ok(());
+        }
+        self.gather([core, &nearest[..]].concat())
     }
 
-    /// A gap that is negative by rounding alone, m.
-    fn rounding(&self, shift: f64) -> f64 {
-        -1e-12 * (shift.abs() + self.widest)
+    /// A gap that is negative by rounding alone, m, of patches with an `approach`, m, `[patches]`.
+    fn rounding(&self, approach: &[f64]) -> f64 {
+        -1e-12 * (approach.iter().fold(0.0f64, |m, a| m.max(a.abs())) + self.widest)
     }
 
-    /// Takes the end of a step into the state; `total` says which forces were prescribed.
-    fn take(&mut self, end: End, total: [Option<f64>; 3], effort: Effort) {
-        let End { solution, response: mut u, free, modal, q, v, approach } = end;
+    /// Takes the end of a step into the state.
+    fn take(&mut self, end: End, effort: Effort) {
+        let End { solution, response: mut u, free, modal, q, v, motions, creep } = end;
         let h = self.settings.scheme.step;
         let gamma = self.motion.gamma();
         self.renew_friction(&solution);
@@ -514,33 +537,37 @@ impl<'a> Stepper<'a> {
 
         // Energy: mean reactions of the step times what moved.
         let (mut friction, mut drive, mut rolling, mut impact) = (0.0, 0.0, 0.0, 0.0);
-        let mut report = StepReport { residual: solution.residual, effort, ..StepReport::default() };
-        let sunk = approach - self.state.approach;
+        let patches = vec![PatchReport::default(); self.settings.drive.patches.len()];
+        let mut report = StepReport { residual: solution.residual, effort, patches };
+        let sunk: Vec<f64> = motions.iter().zip(&self.state.motions).map(|(now, then)| now - then).collect();
+        let sunk = self.settings.drive.approaches(&sunk);
         let ws = &self.working;
         let core = ws.nodes[..ws.core].iter().zip(&ws.at).zip(solution.reaction.chunks_exact(3)).zip(&solution.status);
         let moved = u.chunks_exact(3).zip(ws.u.chunks_exact(3)).zip(self.met.slip.chunks_exact(2));
-        for ((((&i, ([x, y], _)), r), status), ((now, then), slip)) in core.zip(moved) {
+        for (a, ((((&i, ([x, y], _)), r), status), ((now, then), slip))) in core.zip(moved).enumerate() {
+            let patch = ws.patch_of(a);
             // Nodes outside the core have no reaction.
             let old = &mut self.state.reaction[3 * i..3 * i + 3];
             let mean: [f64; 3] = std::array::from_fn(|c| gamma * r[c] + (1.0 - gamma) * old[c]);
             old.copy_from_slice(r);
             friction -= mean[0] * slip[0] + mean[1] * slip[1];
-            let nearer = self.approach(i, sunk) + self.passing.raised(i);
+            let nearer = sunk[patch] + self.passing.raised(i);
             drive +=
                 mean[2] * nearer - mean[0] * (slip[0] - (now[0] - then[0])) - mean[1] * (slip[1] - (now[1] - then[1]));
-            let speed = self.settings.drive.patches[self.model.interface.patch_of(i)].speed;
+            let speed = self.settings.drive.patches[patch].speed;
             rolling -= mean[2] * speed * h * self.slope[i];
             impact -= mean[2] * (now[2] - then[2] - nearer);
-            report.force[0] += r[0];
-            report.force[1] += r[1];
-            report.force[2] -= r[2];
-            report.moment_z += x * r[1] - y * r[0];
+            let own = &mut report.patches[patch];
+            own.force[0] += r[0];
+            own.force[1] += r[1];
+            own.force[2] -= r[2];
+            own.moment_z += x * r[1] - y * r[0];
             let closed = match self.integrated {
                 Some(_) => *status != Status::Open,
                 None => r[2] > 0.0,
             };
-            report.closed += usize::from(closed);
-            report.stick += usize::from(closed && *status == Status::Stick);
+            own.closed += usize::from(closed);
+            own.stick += usize::from(closed && *status == Status::Stick);
         }
         let e = &mut self.state.energy;
         e.friction += friction;
@@ -559,10 +586,7 @@ impl<'a> Stepper<'a> {
             self.past.pop();
         }
         self.past.insert(0, (solution.reaction, solution.response));
-        self.state.approach = approach;
-        for c in 0..2 {
-            self.state.creep[c] = if total[c].is_some() { solution.shift[c] / h } else { 0.0 };
-        }
+        (self.state.motions, self.state.creep) = (motions, creep);
         self.state.step += 1;
         self.working.u = u;
         self.met.status = solution.status;
@@ -616,8 +640,14 @@ impl<'a> Stepper<'a> {
     }
 
     /// Reactions on the core, extrapolated by a polynomial in time as far as steps are known, and their response
-    /// where it is known.
-    fn guess(&self) -> (Vec<f64>, Option<Vec<f64>>) {
+    /// where it is known. Patches that stay `open` have none.
+    fn guess(&self, open: &[bool]) -> (Vec<f64>, Option<Vec<f64>>) {
+        if open.contains(&true) {
+            let mut guess = self.core_reaction();
+            let nodes = guess.chunks_exact_mut(3).enumerate();
+            nodes.filter(|(a, _)| open[self.working.patch_of(*a)]).for_each(|(_, r)| r.fill(0.0));
+            return (guess, None);
+        }
         let weights: &[f64] = match self.past.len() {
             0 => return (self.core_reaction(), None),
             1 => &[1.0],

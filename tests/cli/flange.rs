@@ -1,7 +1,9 @@
 //! Several contacts of one wheel, in whole runs.
 
+use super::interrupted::{same, start, wait_for};
 use super::program::*;
 use serde_json::{json, Value};
+use std::process::Command;
 
 fn numbers(folder: &Folder, name: &str) -> Vec<f64> {
     let file = hdf5::File::open(folder.path("job.h5")).expect("result file");
@@ -41,6 +43,64 @@ fn flange_root_and_flange_are_solved_at_once() {
         let rate = 2.0 * std::f64::consts::PI * right[0][k];
         let apart = (2.0 * std::f64::consts::PI * (left[0][k] - right[0][k])).hypot(left[1][k] - right[1][k]);
         assert!(apart < 1e-5 * rate, "{k}: {right:?} {left:?}");
+    }
+}
+
+/// In time both contacts bear the loads of the equilibrium at each step, alike on one rank and on two, and a run that
+/// is killed goes on to the same bits.
+#[test]
+fn two_contacts_roll_in_time_and_go_on_after_a_kill() {
+    let mut job = in_curve("flange.json");
+    job["analyses"] = json!({
+        "modes": { "max_frequency": 1100 },
+        "transient": {
+            "duration": 4e-4, "step": 1e-5, "hold": "load", "segment": 5, "contact_stride": 5,
+            "start": { "state": "steady", "random": { "seed": 3, "energy": 1e-2 } }
+        }
+    });
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &[]).good();
+    let normal = numbers(&folder, "curving/contacts/normal_force");
+    let forces = ["transient/force", "transient_2/force"].map(|name| numbers(&folder, name));
+    for force in &forces {
+        assert_eq!(force.len(), 3 * 40);
+        let load = normal.iter().copied().min_by(|a, b| (a + force[2]).abs().total_cmp(&(b + force[2]).abs()));
+        let load = load.expect("contacts of the vehicle");
+        let apart = force.chunks(3).map(|f| (f[2] + load).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-8 * load, "{apart} of {load} N");
+        let moved = force.chunks(3).map(|f| (f[0] - force[0]).abs()).fold(0.0, f64::max);
+        assert!(moved > 1e-6 * load, "nothing moves: {moved} N");
+    }
+    assert!((forces[0][2] - forces[1][2]).abs() > 1.0, "the same contact twice");
+    for group in ["transient", "transient_2"] {
+        let nodes = numbers(&folder, &format!("{group}/grid/x")).len();
+        assert_eq!(numbers(&folder, &format!("{group}/contact_pressure")).len(), 8 * nodes);
+        let weight = numbers(&folder, &format!("{group}/grid/weight"));
+        let pressure = numbers(&folder, &format!("{group}/contact_pressure"));
+        let sum: f64 = pressure[7 * nodes..].iter().zip(&weight).map(|(p, w)| p * w).sum();
+        let last = numbers(&folder, &format!("{group}/force"))[3 * 39 + 2];
+        assert!((sum / -last - 1.0).abs() < 1e-10, "{group}: {sum} and {last} N");
+    }
+    let killed = folder.text("killed.h5");
+    let mut child = start(Command::new(PROGRAM), &["run", &folder.text("job.json"), "--output", &killed]);
+    wait_for(&folder.path("killed.transient"), 3, &mut child);
+    child.kill().expect("kill");
+    child.wait().expect("wait");
+    folder.call(1, "run", &["--resume", &killed]).good();
+    let [whole, killed] = ["job.h5", "killed.h5"].map(|name| hdf5::File::open(folder.path(name)).expect("a result"));
+    same(&whole, &killed);
+    let last = |file: &hdf5::File| {
+        let force = file.dataset("transient_2/force").and_then(|d| d.read_raw::<f64>()).expect("forces");
+        force.iter().map(|f| f.to_bits()).collect::<Vec<_>>()
+    };
+    assert!(last(&whole) == last(&killed));
+    drop((whole, killed));
+    folder.call(2, "run", &["--output", &folder.text("two.h5")]).good();
+    let two = hdf5::File::open(folder.path("two.h5")).expect("a result");
+    for (name, one) in ["transient/force", "transient_2/force"].iter().zip(&forces) {
+        let two: Vec<f64> = two.dataset(name).and_then(|d| d.read_raw()).expect("forces");
+        let apart = one.iter().zip(&two).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-6 * one[2].abs(), "{name}: {apart} N");
     }
 }
 
@@ -114,8 +174,14 @@ fn mistakes_about_places_are_told() {
         &|job| {
             job["contact"]["placement"]["touch_near"] = json!(-0.03);
             job["analyses"]["creep_curve"] = json!({ "key": "lateral", "values": [0, 0.01] });
+            job["analyses"]["transient"] =
+                json!({ "duration": 1e-3, "histories": { "lateral": [[0, 0], [1e-3, 0.01]] } });
         },
-        &["contact.placement.touch_near: names one place", "analyses.creep_curve: takes one contact"],
+        &[
+            "contact.placement.touch_near: names one place",
+            "analyses.creep_curve: takes one contact",
+            "analyses.transient.histories: has a meaning for one contact",
+        ],
     );
     told(
         &|job| {

@@ -56,16 +56,16 @@ impl Pair {
     /// At rest, pressed together without roughness: the springs and the contact in balance after a while.
     fn pressed(&self, approach: f64) -> State {
         let model = self.model();
-        let start = State::at_rest(&model, &vec![0.0; 3 * self.interface.len()], 1e-6);
+        let start = State::at_rest(&model, &vec![0.0; 3 * self.interface.len()], &[1e-6]);
         // Slowly, so that the contact has no more than its share at any time.
         let history = History::table("approach", &[[0.0, 1e-6], [0.02, approach], [0.04, approach]], 0.04).unwrap();
         let mut settings = self.settings(approach, 0.0);
-        settings.drive.normal = Normal::Approach(history);
+        settings.drive.motions[0].normal = Normal::Approach(history);
         let mut stepper = Stepper::new(model, settings, start).unwrap();
         (0..8000).for_each(|_| stepper.advance().unwrap());
         let state = stepper.state();
         let model = self.model();
-        State::at_rest(&model, &state.reaction, approach)
+        State::at_rest(&model, &state.reaction, &[approach])
     }
 }
 
@@ -103,7 +103,7 @@ fn small_waves_make_the_force_that_receptances_and_contact_stiffness_predict() {
         for _ in 0..count {
             stepper.advance().unwrap();
             let turn = Complex64::from_polar(1.0, -omega * stepper.time());
-            sum += turn * (-stepper.report().force[2] - load) * (2.0 / count as f64);
+            sum += turn * (-stepper.report().force()[2] - load) * (2.0 / count as f64);
         }
         let body = |k: usize| 1.0 / (MASS[k] * Complex64::new(OMEGA[k].powi(2) - omega * omega, omega * DAMPING[k]));
         // r = A sin ωt.
@@ -138,8 +138,8 @@ fn a_flat_opens_the_contact_and_strikes() {
             run.reset().unwrap();
             again = Some(stepper(run.state().clone()).rough(surface()).unwrap());
         }
-        open += usize::from(run.report().closed == 0);
-        highest = highest.max(-run.report().force[2]);
+        open += usize::from(run.report().closed() == 0);
+        highest = highest.max(-run.report().force()[2]);
     }
     assert!(open > 20 && highest > 1.5 * load, "open for {open} steps, up to {highest} N of {load} N");
     assert_eq!(again.unwrap().state(), run.state());

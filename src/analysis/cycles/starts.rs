@@ -288,12 +288,12 @@ impl Walker<'_, '_> {
         let memory = ContactMemory {
             reaction: earlier.reaction.clone(),
             friction: earlier.friction.clone(),
-            approach: earlier.approach,
+            motions: vec![earlier.approach],
         };
         Guess { z, scale: [unit, omega, earlier.key], memory, small: false }
     }
 }
 
 fn memory_of(state: &State) -> ContactMemory {
-    ContactMemory { reaction: state.reaction.clone(), friction: state.friction.clone(), approach: state.approach }
+    ContactMemory { reaction: state.reaction.clone(), friction: state.friction.clone(), motions: state.motions.clone() }
 }

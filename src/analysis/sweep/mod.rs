@@ -21,9 +21,10 @@ use crate::case::preflight;
 use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::case::wheel_rail_geometry;
 use crate::contact::points::{interface as of_points, reactions};
-use crate::job::{fe_inputs, range, Job, SweepPlan};
+use crate::job::{fe_inputs, range, ContactPlaces, Job, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::datasets::sweep::{tables, Outcome};
+use crate::output::Table;
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
@@ -198,6 +199,12 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             return Ok(());
         }
         run.file.tables(tables(plan, &all, own));
+        if job.contact.as_ref().is_some_and(|c| c.places == ContactPlaces::All) {
+            let contacts = |point: &Option<Job>| point.iter().flat_map(|p| &p.contact).flat_map(|c| c.all()).count();
+            let text = "Contacts of the wheel at each point; 0 where it could not be placed.";
+            let counts: Vec<i64> = points.iter().map(|p| contacts(p) as i64).collect();
+            run.file.table(Table::list("/sweep/contacts", "1", text, counts));
+        }
         if let Some(e) = own {
             let text =
                 format!("the job's own point failed, those of the sweep were computed and are in the results: {e}");
@@ -345,7 +352,7 @@ fn solve_with(
     let (spectrum, linear) = (&found.spectrum, &found.contact);
     let state = found.state.as_ref();
     let force = match (state, given_forces(contact)) {
-        (Some(state), _) => state.force,
+        (Some(state), _) => state.patches[0].force,
         (None, Some(points)) => {
             let all = reactions(&points, &contact.friction);
             let sum = |c: usize| all.iter().skip(c).step_by(3).sum::<f64>();

@@ -20,14 +20,16 @@ use crate::case::bodies::Bodies;
 use crate::case::roughness;
 use crate::case::stability_problem::StabilityResult;
 use crate::case::transient_problem::{drive, moved, TransientProblem};
+use crate::grid::Interface;
 use crate::job::{self, Job, TransientModel};
 use crate::model::ReducedModel;
 use crate::output::datasets::checkpoint::{self, Checkpoint};
 use crate::output::datasets::points::Points;
-use crate::output::datasets::record::grid;
+use crate::output::datasets::record::{grid, group};
 use crate::output::verdict::of_motion;
 use crate::output::{Segments, Table};
 use crate::progress::Progress;
+use crate::roughness::Surface;
 use crate::stability::grows;
 use crate::stability::reduced::Eigenpair;
 use crate::stop::Stop;
@@ -172,12 +174,13 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
         run.file.tables(points.tables());
         run.file.tables(inputs.model.root().map(|m| grid(&m.interface, pair))?);
         let interface = &inputs.model.root()?.interface;
-        let patch = interface.single("analyses.transient")?;
-        if let Some(surface) = roughness::surface(inputs.job, [&patch.x, &patch.y])? {
-            run.file.tables(roughness::tables(&surface, &patch.y, wanted.duration));
+        if let Some(surface) = rough(inputs.job, interface)? {
+            run.file.tables(roughness::tables(&surface, &interface.patches[0].y, wanted.duration));
         }
         let segments = inputs.segments()?;
-        run.file.append(segments.clone(), "/transient");
+        for number in 0..interface.patches.len() {
+            run.file.append(segments.clone(), &group(number));
+        }
     }
     if let Some(sound) = &sound {
         run.progress.stage("sound power");
@@ -233,8 +236,7 @@ fn advance(
     let interface = ready.interface();
     let model = ready.model(&root.pair);
     Scheme { step: wanted.step, theta: wanted.theta }.check(model.omega)?;
-    let patch = interface.single("analyses.transient")?;
-    let surface = roughness::surface(inputs.job, [&patch.x, &patch.y])?;
+    let surface = rough(inputs.job, interface)?;
     let identity = roughness::identity(checkpoint::identity(&model), surface.as_ref());
     let resumed = if inputs.options.resume { Some(Checkpoint::last(segments)?) } else { None };
     let (rest, settings) = ready.begin(&model, &rolling)?;
@@ -272,6 +274,14 @@ fn advance(
     course.go(stepper, begun.as_deref(), keep, progress)
 }
 
+/// Rough surfaces of the one contact of `job`, where it has them; those of several contacts are smooth.
+fn rough(job: &Job, interface: &Interface) -> Result<Option<Surface>> {
+    match interface.only() {
+        Some(patch) => roughness::surface(job, [&patch.x, &patch.y]),
+        None => Ok(None),
+    }
+}
+
 /// The start with its perturbations, and whether there are any.
 fn perturbed(inputs: &Inputs<'_>, root: &ReducedModel, mut state: State) -> Result<(State, bool)> {
     let start = &inputs.wanted.start;
@@ -298,5 +308,5 @@ pub fn check(job: &Job, wanted: &job::Transient, contact: &job::Contact) -> Resu
         full::check(job)?;
     }
     roughness::check(job)?;
-    drive(wanted, contact, 0.0, [0.0; 2]).map(|_| ())
+    drive(wanted, contact, &[], &[]).map(|_| ())
 }

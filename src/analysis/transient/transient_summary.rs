@@ -17,7 +17,8 @@ const LINES: usize = 3;
 
 /// Values that are kept of a step.
 struct Kept {
-    force: [f64; 3],
+    /// Force on the lower body at each contact, N.
+    force: Vec<[f64; 3]>,
     /// Closed nodes that stick, of those that are closed.
     stick: f64,
     /// Velocities (x, y, z) of the points, m/s, `[3p]`.
@@ -60,8 +61,9 @@ impl Account {
         if self.last.len() == LAST {
             self.last.pop_front();
         }
-        let stick = report.stick as f64 / report.closed.max(1) as f64;
-        self.last.push_back(Kept { force: report.force, stick, points: points.to_vec() });
+        let stick = report.stick() as f64 / report.closed().max(1) as f64;
+        let force = report.patches.iter().map(|p| p.force).collect();
+        self.last.push_back(Kept { force, stick, points: points.to_vec() });
         let part = ((number - 1 - self.first) / self.part) as usize;
         if self.kinetic.len() <= part {
             self.kinetic.resize(part + 1, (0.0, 0));
@@ -76,22 +78,25 @@ impl Account {
         // The first half of what is kept may belong to the start.
         let late = || self.late();
         summary.value("statistics over", format!("the last {:.4} s", all as f64 * self.step));
-        let mut sways = [0.0; 3];
-        for (c, name) in ["x, longitudinal", "y, lateral", "z, normal"].into_iter().enumerate() {
-            let (mean, sway) = spread(late().map(|k| k.force[c]));
-            sways[c] = sway;
-            summary
-                .value(&format!("force on the lower body, {name}"), format!("{mean:.1} N, {sway:.1} N rms about it"));
+        let patches = self.patches();
+        for patch in 0..patches {
+            let contact = if patches > 1 { format!("contact {}, ", patch + 1) } else { String::new() };
+            for (c, name) in ["x, longitudinal", "y, lateral", "z, normal"].into_iter().enumerate() {
+                let (mean, sway) = spread(late().map(|k| k.force[patch][c]));
+                let name = format!("force on the lower body, {contact}{name}");
+                summary.value(&name, format!("{mean:.1} N, {sway:.1} N rms about it"));
+            }
         }
         let (stick, _) = spread(late().map(|k| k.stick));
         let most = late().map(|k| k.stick).fold(0.0, f64::max);
         let share = format!("{:.1} % of the closed nodes on the mean, {:.1} % at most", 100.0 * stick, 100.0 * most);
         summary.value("stick", share);
-        let along = usize::from(sways[1] >= sways[0]);
-        let lines = self.lines(along)?;
+        let (patch, along) = self.strongest();
+        let lines = self.lines(patch, along)?;
         if !lines.is_empty() {
             let text: Vec<String> = lines.iter().map(|(f, share)| format!("{f:.2} Hz ({share:.2})")).collect();
-            let name = format!("frequencies of the {} force", ["longitudinal", "lateral"][along]);
+            let contact = if patches > 1 { format!(" of contact {}", patch + 1) } else { String::new() };
+            let name = format!("frequencies of the {} force{contact}", ["longitudinal", "lateral"][along]);
             summary.value(&name, format!("{} (share of the largest)", text.join(", ")));
         }
         if let Some(g) = self.growth() {
@@ -116,9 +121,8 @@ impl Account {
     /// Growth rate of the motion while it is small, 1/s, and the strongest frequency of the tangential force in the
     /// end, Hz, where there are any.
     pub(super) fn motion(&self) -> Result<(Option<f64>, Option<f64>)> {
-        let (longitudinal, lateral) = (self.lines(0)?, self.lines(1)?);
-        let sway = |c: usize| spread(self.late().map(|k| k.force[c])).1;
-        let lines = if sway(1) >= sway(0) { lateral } else { longitudinal };
+        let (patch, along) = self.strongest();
+        let lines = self.lines(patch, along)?;
         Ok((self.growth().map(|g| g.rate), lines.first().map(|line| line.0)))
     }
 
@@ -127,9 +131,21 @@ impl Account {
         self.last.iter().skip(self.last.len() / 2)
     }
 
-    /// The strongest lines of a component of the force in the end.
-    fn lines(&self, component: usize) -> Result<Vec<(f64, f64)>> {
-        let record: Vec<f64> = self.late().map(|k| k.force[component]).collect();
+    /// Number of contacts; 0 before the first step.
+    fn patches(&self) -> usize {
+        self.last.back().map_or(0, |k| k.force.len())
+    }
+
+    /// The contact and the component whose tangential force sways most; the lateral one of several that are alike.
+    fn strongest(&self) -> (usize, usize) {
+        let sway = |&(patch, c): &(usize, usize)| spread(self.late().map(|k| k.force[patch][c])).1;
+        let all = (0..self.patches()).rev().flat_map(|patch| [(patch, 0), (patch, 1)]);
+        all.max_by(|a, b| sway(a).total_cmp(&sway(b))).unwrap_or((0, 1))
+    }
+
+    /// The strongest lines of a component of the force of a contact in the end.
+    fn lines(&self, patch: usize, component: usize) -> Result<Vec<(f64, f64)>> {
+        let record: Vec<f64> = self.late().map(|k| k.force[patch][component]).collect();
         lines(&record, self.step)
     }
 
@@ -200,10 +216,12 @@ fn lines(record: &[f64], step: f64) -> Result<Vec<(f64, f64)>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::transient::PatchReport;
     use std::f64::consts::PI;
 
     fn report(force: [f64; 3], stick: usize) -> StepReport {
-        StepReport { force, closed: 10, stick, ..StepReport::default() }
+        let patch = PatchReport { force, closed: 10, stick, ..PatchReport::default() };
+        StepReport { patches: vec![patch], ..StepReport::default() }
     }
 
     /// A motion that grows until it is bounded: its law is found from the part where it grows, its forces and lines
@@ -222,7 +240,7 @@ mod tests {
         let growth = account.growth().unwrap();
         assert!((growth.rate - rate).abs() < 0.01 * rate && growth.apart < 0.01, "{growth:?}");
         assert!(growth.span[1] < (1e3f64).ln() / rate, "{growth:?}");
-        let record: Vec<f64> = account.last.iter().skip(10_000).map(|k| k.force[1]).collect();
+        let record: Vec<f64> = account.last.iter().skip(10_000).map(|k| k.force[0][1]).collect();
         let found = lines(&record, step).unwrap();
         assert_eq!(found.len(), 2, "{found:?}");
         assert!((found[0].0 - frequency).abs() < 0.05 && (found[1].0 - 2.0 * frequency).abs() < 0.05, "{found:?}");

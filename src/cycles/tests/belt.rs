@@ -50,7 +50,8 @@ fn equations<'e, 'a>(
     v: f64,
 ) -> Equations<'e, 'a> {
     let mu = belt.at(v).unwrap().settings.friction.coefficient(v);
-    let memory = ContactMemory { reaction: vec![-mu * LOAD, 0.0, LOAD], friction: vec![mu], approach: LOAD * SOFT };
+    let memory =
+        ContactMemory { reaction: vec![-mu * LOAD, 0.0, LOAD], friction: vec![mu], motions: vec![LOAD * SOFT] };
     // The motion is measured by that whose velocity is that of the belt.
     let (unit, omega) = (v / OMEGA * (structure.rank() as f64).sqrt(), OMEGA);
     Equations { structure, family: belt, resolution, unit, omega, key: [v, 0.2], memory, marches: 0 }
@@ -87,7 +88,7 @@ fn in_cycle<'a>(belt: &Belt, model: Model<'a>, v: f64, cycle: &PeriodicSolution,
         q,
         v: velocity,
         reaction: cycle.contact.reaction.clone(),
-        approach: cycle.contact.approach,
+        motions: cycle.contact.motions.clone(),
         creep: [0.0; 2],
         friction: cycle.contact.friction.clone(),
         energy: Energy::default(),

@@ -75,7 +75,7 @@ impl Family for Belt {
 fn marched<'a>(belt: &Belt, model: &Model<'a>, v: f64, a: f64, time: f64) -> Stepper<'a> {
     let conditions = belt.at(v).unwrap();
     let mu = conditions.settings.friction.coefficient(v);
-    let mut rest = State::at_rest(model, &[-mu * LOAD, 0.0, LOAD], LOAD * SOFT).remembering(&[mu]);
+    let mut rest = State::at_rest(model, &[-mu * LOAD, 0.0, LOAD], &[LOAD * SOFT]).remembering(&[mu]);
     rest.v[0] += a;
     let step = 2.0 * PI / OMEGA / RESOLUTION.samples as f64;
     let settings = Settings { scheme: Scheme { step, theta: 0.5 }, ..conditions.settings };
@@ -98,8 +98,11 @@ fn cycles_of_a_mass_on_a_belt_turn_back_at_the_fold_and_end_at_rest() {
     let mut stepper = marched(&belt, &model, v, 1.2 * v, 1.0);
     let z = structure.follow(&mut stepper, RESOLUTION).unwrap();
     let state = stepper.state();
-    let memory =
-        ContactMemory { reaction: state.reaction.clone(), friction: state.friction.clone(), approach: state.approach };
+    let memory = ContactMemory {
+        reaction: state.reaction.clone(),
+        friction: state.friction.clone(),
+        motions: state.motions.clone(),
+    };
     let unit = z[1..].iter().map(|z| z * z).sum::<f64>().sqrt();
     let mut equations = Equations {
         structure: &structure,

@@ -1,6 +1,7 @@
 //! Rules of a wheel that touches its rail at several places.
 
 use super::super::model::*;
+use super::super::transient::TransientModel;
 
 /// Adds the faults of a job in what it says of the places of contact.
 pub fn check(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
@@ -61,21 +62,32 @@ pub fn check(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         );
     }
     let analyses = &job.analyses;
+    if let Some(transient) = &analyses.transient {
+        let full = transient.model == TransientModel::Full;
+        for (key, given) in [("histories", transient.histories.is_some()), ("model \"full\"", full)] {
+            if given {
+                faults.push(format!(
+                    "analyses.transient.{key}: has a meaning for one contact; expected contact.places = \"one\", or a \
+                     transient on the modes with constant loads and creepages"
+                ));
+            }
+        }
+    }
+    let cycles = analyses.sweep.as_ref().is_some_and(|s| s.cycles.is_some());
     let point = analyses.stability.as_ref().is_some_and(|s| s.contact == StabilityContact::Point);
     let full = analyses.stability.as_ref().is_some_and(|s| s.full.is_some());
     for (key, given) in [
         ("analyses.creep_curve", analyses.creep_curve.is_some()),
-        ("analyses.transient", analyses.transient.is_some()),
         ("analyses.cycles", analyses.cycles.is_some()),
-        ("analyses.sweep", analyses.sweep.is_some()),
+        ("analyses.sweep.cycles", cycles),
         ("analyses.uncertainty", analyses.uncertainty.is_some()),
         ("analyses.stability.full", full),
         ("analyses.stability.contact", point),
     ] {
         if given {
             faults.push(format!(
-                "{key}: takes one contact; expected contact.places = \"one\", or a job with modes, steady and \
-                 stability on the reduced model"
+                "{key}: takes one contact; expected contact.places = \"one\", or a job with modes, steady, stability \
+                 on the reduced model, sweep and transient"
             ));
         }
     }

@@ -50,7 +50,7 @@ pub fn tables(state: &State, identity: &str, job: &Job) -> Result<Vec<Table>> {
             "Reactions (x, y, normal) of the contact nodes.",
             state.reaction.clone(),
         ),
-        Table::scalar("/checkpoint/approach", "m", "Approach.", state.approach),
+        Table::list("/checkpoint/motions", "m", "Rigid motions; of one contact its approach.", state.motions.clone()),
         Table::list("/checkpoint/creep", "m/s", "Creep velocities that were found.", state.creep.to_vec()),
         Table::list(
             "/checkpoint/energy",
@@ -81,21 +81,20 @@ impl Checkpoint {
         if step[..] != [last.last as i64] {
             return Err(wrong(format!("step: found {step:?}, expected {}, as the name of the file says", last.last)));
         }
-        let (approach, creep, energy) = (list("approach")?, list("creep")?, list("energy")?);
+        let (creep, energy) = (list("creep")?, list("energy")?);
         let [kinetic, elastic, friction, damping, impact, drive, rolling, start] = energy[..] else {
             return Err(wrong(format!("energy: found {} values, expected 8", energy.len())));
         };
-        let ([approach], [cx, cy]) = (&approach[..], &creep[..]) else {
-            let found = format!("{} and {}", approach.len(), creep.len());
-            return Err(wrong(format!("approach and creep: found {found} values, expected 1 and 2")));
+        let [cx, cy] = creep[..] else {
+            return Err(wrong(format!("creep: found {} values, expected 2", creep.len())));
         };
         let state = State {
             step: last.last,
             q: list("q")?,
             v: list("v")?,
             reaction: list("reaction")?,
-            approach: *approach,
-            creep: [*cx, *cy],
+            motions: list("motions")?,
+            creep: [cx, cy],
             friction: if file.has("/checkpoint/friction") { list("friction")? } else { Vec::new() },
             energy: Energy { kinetic, elastic, friction, damping, impact, drive, rolling, start },
         };

@@ -3,7 +3,7 @@
 use super::super::values::{CHUNK_BYTES, CHUNK_LEAST};
 use super::super::{Table, Values};
 use super::points::Points;
-use crate::grid::Interface;
+use crate::grid::{ContactPatch, Interface};
 use crate::job;
 use crate::model::{CoupledModel, ReducedModel};
 use crate::transient::Stepper;
@@ -13,9 +13,17 @@ pub const BODIES: &str = "/bodies";
 /// Group of the segments from which the sound is made; it does not become part of the main file.
 pub const SOUND: &str = "/sound";
 
+/// Group of the contact `number`, from 0: that of the first one has what is not a contact's alone as well.
+pub fn group(number: usize) -> String {
+    match number {
+        0 => "/transient".to_owned(),
+        _ => format!("/transient_{}", number + 1),
+    }
+}
+
 /// One dataset: a row for each time.
 struct Column {
-    group: &'static str,
+    group: String,
     name: &'static str,
     units: &'static str,
     text: &'static str,
@@ -28,7 +36,7 @@ struct Column {
 
 impl Column {
     fn numbers(name: &'static str, units: &'static str, row: &[usize], text: &'static str) -> Self {
-        Self { group: "/transient", name, units, text, row: row.to_vec(), chunk: 0, values: Values::F64(Vec::new()) }
+        Self { group: group(0), name, units, text, row: row.to_vec(), chunk: 0, values: Values::F64(Vec::new()) }
     }
 
     fn push(&mut self, row: impl IntoIterator<Item = f64>) {
@@ -93,7 +101,10 @@ pub struct Recorder<'a> {
     sound_stride: u64,
     body_stride: u64,
     steps: Vec<Column>,
-    contact: Vec<Column>,
+    /// Fields of each contact.
+    contact: Vec<Vec<Column>>,
+    /// Resultants of each further contact at the steps.
+    further: Vec<Vec<Column>>,
     modal: Vec<Column>,
     sound: Vec<Column>,
     bodies: Vec<Column>,
@@ -142,14 +153,27 @@ impl<'a> Recorder<'a> {
             let text = "Velocity (x, y, z) of each point; beyond the modes the mean over the step.";
             steps.push(number("point_velocity", "m/s", &[p, 3], text));
         }
+        let fields = |n: usize| {
+            let creep = "Creep velocity (x, y) over the step, 0 away from the contact.";
+            let state = number("contact_state", "-", &[n], "0 open, 1 stick, 2 slip.");
+            vec![
+                number("contact_time", "s", &[], "Times of the contact fields."),
+                number("contact_pressure", "Pa", &[n], "Contact pressure."),
+                number("contact_traction", "Pa", &[n, 2], "Tangential traction (x, y) on body 1."),
+                number("contact_creep", "m/s", &[n, 2], creep),
+                Column { values: Values::I8(Vec::new()), ..state },
+            ]
+        };
+        let resultants = || {
+            vec![
+                number("force", "N", &[3], "Contact force (x, y, z) on body 1; z is minus the normal force."),
+                number("moment_z", "N m", &[], "Moment of the tractions on body 1 about the common normal."),
+                number("approach", "m", &[], "Rigid approach of the bodies."),
+                count("closed", "Closed contact nodes."),
+                count("stick", "Those of them that stick."),
+            ]
+        };
         let n = model.interface.len();
-        let contact = vec![
-            number("contact_time", "s", &[], "Times of the contact fields."),
-            number("contact_pressure", "Pa", &[n], "Contact pressure."),
-            number("contact_traction", "Pa", &[n, 2], "Tangential traction (x, y) on body 1."),
-            number("contact_creep", "m/s", &[n, 2], "Creep velocity (x, y) over the step, 0 away from the contact."),
-            Column { values: Values::I8(Vec::new()), ..number("contact_state", "-", &[n], "0 open, 1 stick, 2 slip.") },
-        ];
         let m = model.pair.omega.len();
         let modal = vec![
             number("modal_time", "s", &[], "Times of modal_displacement."),
@@ -164,12 +188,16 @@ impl<'a> Recorder<'a> {
             columns.extend(reactions.iter().map(|&n| {
                 number("reaction", "N", &[3 * n], "Reactions (x, y, normal) of the contact nodes at these times.")
             }));
-            columns.into_iter().map(|c| Column { group, ..c }).collect()
+            columns.into_iter().map(|c| Column { group: group.to_owned(), ..c }).collect()
         };
         let (sound, bodies) = (scratch(SOUND, &[]), scratch(BODIES, &[n]));
         let within = |columns: Vec<Column>, stride: u32| -> Vec<Column> {
             columns.into_iter().map(|c| c.within(wanted.segment.into(), stride.into())).collect()
         };
+        let of_contact = |number: usize, columns: Vec<Column>, stride: u32| -> Vec<Column> {
+            within(columns.into_iter().map(|c| Column { group: group(number), ..c }).collect(), stride)
+        };
+        let patches = || model.interface.patches.iter().enumerate();
         Self {
             points,
             beyond: points.residual(reaction),
@@ -181,7 +209,8 @@ impl<'a> Recorder<'a> {
             sound_stride,
             body_stride: u64::from(wanted.body_stride),
             steps: within(steps, 1),
-            contact: within(contact, wanted.contact_stride),
+            contact: patches().map(|(k, p)| of_contact(k, fields(p.len()), wanted.contact_stride)).collect(),
+            further: patches().skip(1).map(|(k, _)| of_contact(k, resultants(), 1)).collect(),
             modal: within(modal, wanted.modal_stride),
             sound,
             bodies,
@@ -191,12 +220,12 @@ impl<'a> Recorder<'a> {
     /// Takes a step.
     pub fn take(&mut self, stepper: &Stepper<'_>) {
         let (state, report, time) = (stepper.state(), stepper.report(), stepper.time());
-        let e = &state.energy;
+        let (e, first) = (&state.energy, &report.patches[0]);
         let mut rows: Vec<Vec<f64>> = vec![
             vec![time],
-            report.force.to_vec(),
-            vec![report.moment_z],
-            vec![state.approach],
+            first.force.to_vec(),
+            vec![first.moment_z],
+            vec![stepper.approach(0)],
             vec![e.kinetic],
             vec![e.elastic],
             vec![e.friction],
@@ -206,8 +235,8 @@ impl<'a> Recorder<'a> {
             vec![e.rolling],
             vec![e.residual()],
             vec![report.residual],
-            vec![report.closed as f64],
-            vec![report.stick as f64],
+            vec![first.closed as f64],
+            vec![first.stick as f64],
             vec![report.effort.iterations as f64],
             vec![report.effort.products as f64],
         ];
@@ -223,17 +252,26 @@ impl<'a> Recorder<'a> {
             self.beyond = beyond;
         }
         self.steps.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
+        for (k, columns) in self.further.iter_mut().enumerate() {
+            let own = &report.patches[k + 1];
+            let counts = [own.closed as f64, own.stick as f64].map(|n| vec![n]);
+            let rows = [own.force.to_vec(), vec![own.moment_z], vec![stepper.approach(k + 1)]];
+            columns.iter_mut().zip(rows.into_iter().chain(counts)).for_each(|(c, row)| c.push(row));
+        }
         let due = |stride: u64| stride > 0 && state.step.is_multiple_of(stride);
         if due(self.contact_stride) {
             let f = stepper.fields();
-            let rows: [Vec<f64>; 5] = [
-                vec![time],
-                f.pressure,
-                f.traction.into_flattened(),
-                f.creep.into_flattened(),
-                f.state.into_iter().map(f64::from).collect(),
-            ];
-            self.contact.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
+            for (columns, patch) in self.contact.iter_mut().zip(stepper.patches()) {
+                let nodes = patch.nodes();
+                let rows: [Vec<f64>; 5] = [
+                    vec![time],
+                    f.pressure[nodes.clone()].to_vec(),
+                    f.traction[nodes.clone()].concat(),
+                    f.creep[nodes.clone()].concat(),
+                    f.state[nodes].iter().map(|&s| f64::from(s)).collect(),
+                ];
+                columns.iter_mut().zip(rows).for_each(|(c, row)| c.push(row));
+            }
         }
         // Their amplitudes are the last coordinates, where others move as well.
         let amplitudes = || state.q[state.q.len().saturating_sub(self.modes)..].to_vec();
@@ -263,31 +301,38 @@ impl<'a> Recorder<'a> {
 
     /// The tables of the segment.
     pub fn tables(&self) -> Vec<Table> {
-        let all = self.steps.iter().chain(&self.contact).chain(&self.modal).chain(&self.sound).chain(&self.bodies);
+        let of_contacts = self.contact.iter().chain(&self.further).flatten();
+        let all = self.steps.iter().chain(of_contacts).chain(&self.modal).chain(&self.sound).chain(&self.bodies);
         all.filter(|c| !c.values.is_empty()).map(Column::table).collect()
     }
 
     /// Forgets what was written.
     pub fn clear(&mut self) {
-        let all = [&mut self.steps, &mut self.contact, &mut self.modal, &mut self.sound, &mut self.bodies];
-        all.into_iter().flatten().for_each(Column::clear);
+        let of_contacts = self.contact.iter_mut().chain(&mut self.further).flatten();
+        let all = [&mut self.steps, &mut self.modal, &mut self.sound, &mut self.bodies];
+        all.into_iter().flatten().chain(of_contacts).for_each(Column::clear);
     }
 }
 
 /// Grid and modes that the datasets refer to.
 pub fn grid(s: &Interface, pair: &CoupledModel) -> Vec<Table> {
-    let xy = |c: usize| (0..s.len()).map(|i| s.point(i)[c]).collect::<Vec<f64>>();
-    vec![
-        Table::list("/transient/grid/x", "m", "Longitudinal position of each contact node.", xy(0)),
-        Table::list("/transient/grid/y", "m", "Lateral position of each contact node.", xy(1)),
-        Table::list("/transient/grid/weight", "m²", "Area of each contact node.", s.weight.clone()),
-        Table::list(
-            "/transient/grid/mode_frequency",
-            "Hz",
-            "Frequency of each mode, the lower body's, then the upper one's.",
-            pair.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect::<Vec<f64>>(),
-        ),
-    ]
+    let of_contact = |(number, patch): (usize, &ContactPatch)| {
+        let xy = |c: usize| patch.nodes().map(|i| s.point(i)[c]).collect::<Vec<f64>>();
+        let name = |name: &str| format!("{}/grid/{name}", group(number));
+        [
+            Table::list(&name("x"), "m", "Longitudinal position of each contact node.", xy(0)),
+            Table::list(&name("y"), "m", "Lateral position of each contact node.", xy(1)),
+            Table::list(&name("weight"), "m²", "Area of each contact node.", s.weight[patch.nodes()].to_vec()),
+        ]
+    };
+    let mut tables: Vec<Table> = s.patches.iter().enumerate().flat_map(of_contact).collect();
+    tables.push(Table::list(
+        "/transient/grid/mode_frequency",
+        "Hz",
+        "Frequency of each mode, the lower body's, then the upper one's.",
+        pair.omega.iter().map(|w| w / (2.0 * std::f64::consts::PI)).collect::<Vec<f64>>(),
+    ));
+    tables
 }
 
 #[cfg(test)]

@@ -27,13 +27,13 @@ const ALONE: &str = "/reduced/alone";
 /// On rank 0: the group `/reduced` of the `model`.
 pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Table>> {
     let s = &model.interface;
-    let patch = s.single("the reduced model of a result file")?;
     let mut tables = head(job, origin.alike)?;
-    tables.extend([
-        Table::list("/reduced/x", "m", "Longitudinal positions of the grid lines.", patch.x.clone()),
-        Table::list("/reduced/y", "m", "Lateral positions of the grid lines.", patch.y.clone()),
-        Table::list("/reduced/gap", "m", "Gap of the undeformed bodies at each node.", s.gap.clone()),
-    ]);
+    for (number, patch) in s.patches.iter().enumerate() {
+        let [x, y] = lines_of(number);
+        tables.push(Table::list(&x, "m", "Longitudinal positions of the grid lines.", patch.x.clone()));
+        tables.push(Table::list(&y, "m", "Lateral positions of the grid lines.", patch.y.clone()));
+    }
+    tables.push(Table::list("/reduced/gap", "m", "Gap of the undeformed bodies at each node.", s.gap.clone()));
     for (i, name) in ["lower", "upper"].into_iter().enumerate().take(if origin.alike { 1 } else { 2 }) {
         let body = &model.bodies[model.place[i]];
         let known = Known {
@@ -68,6 +68,33 @@ pub fn tables_of_modes(job: &Job, alike: bool, modes: &[TraceModes]) -> Result<V
         tables.extend(Known { omega, residual, names, damping, springs, rotation, reach: *reach, rows }.tables(name));
     }
     Ok(tables.into_iter().map(Table::summed).collect())
+}
+
+/// Datasets of the grid lines of the contact `number`, from 0.
+fn lines_of(number: usize) -> [String; 2] {
+    ["x", "y"].map(|axis| match number {
+        0 => format!("/reduced/{axis}"),
+        _ => format!("/reduced/{axis}_{}", number + 1),
+    })
+}
+
+/// The interface of the contacts whose grid lines a file holds; `line` reads a dataset.
+fn interface(reader: &Reader, line: &dyn Fn(&str) -> Result<Vec<f64>>) -> Result<Interface> {
+    let name = reader.path().display();
+    let gap = line("/reduced/gap")?;
+    let (mut parts, mut first) = (Vec::new(), 0);
+    for [x, y] in (0..).map(lines_of).take_while(|[x, _]| reader.has(x)) {
+        let (x, y) = (line(&x)?, line(&y)?);
+        let last = (first + x.len() * y.len()).min(gap.len());
+        let part = Interface::new(x, y, gap[first..last].to_vec());
+        parts.push(part.map_err(|e| Error::Input(format!("{name}: {}", e.message())))?);
+        first = last;
+    }
+    if parts.is_empty() || first != gap.len() {
+        let found = gap.len();
+        return Err(Error::Input(format!("{name}: /reduced/gap: found {found} values, expected one a node, {first}")));
+    }
+    Interface::joined(parts)
 }
 
 /// Tables at the beginning of both.
@@ -204,10 +231,7 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
     let alone = of_modes_alone(reader) && reader.verified_text(ALONE)? == "modes";
     let interface = match alone {
         true => None,
-        false => {
-            let made = Interface::new(line("/reduced/x")?, line("/reduced/y")?, line("/reduced/gap")?);
-            Some(made.map_err(|e| Error::Input(format!("{name}: {}", e.message())))?)
-        }
+        false => Some(interface(reader, &line)?),
     };
     let sized = |path: &str, rows: Option<usize>, columns: usize| -> Result<Mat<f64>> {
         let (shape, v) = reader.verified_numbers(path)?;

@@ -244,7 +244,7 @@ impl Walk<'_, '_, '_> {
             self.step()?;
             let weight = periodicity::hann(step, steps);
             let report = self.stepper.report();
-            linear &= [report.closed, report.stick] == self.settings.nodes;
+            linear &= [report.closed(), report.stick()] == self.settings.nodes;
             let v = &self.stepper.state().v;
             weights += weight;
             along += weight * self.project(v).powi(2);

@@ -102,7 +102,7 @@ impl Walk<'_, '_, '_> {
             self.step()?;
             let weight = hann(step, steps);
             let (state, report) = (self.stepper.state(), self.stepper.report());
-            let mut sample: Vec<f64> = report.force.to_vec();
+            let mut sample: Vec<f64> = report.force().to_vec();
             sample.extend(watched(&self.settings.watch, &state.v));
             let shift = shift.get_or_insert_with(|| sample.clone());
             sample.iter_mut().zip(&*shift).for_each(|(s, o)| *s -= o);
@@ -122,10 +122,10 @@ impl Walk<'_, '_, '_> {
             }
             kinetic += weight * 0.5 * state.v.iter().map(|v| v * v).sum::<f64>();
             along += weight * self.project(&state.v).powi(2);
-            let share = report.stick as f64 / report.closed.max(1) as f64;
+            let share = report.stick() as f64 / report.closed().max(1) as f64;
             stick += weight * share;
             most = most.max(share);
-            fewest = fewest.min(report.closed);
+            fewest = fewest.min(report.closed());
         }
         let shift = shift.unwrap_or_else(|| vec![0.0; channels]);
         let mean: Vec<f64> = mean.iter().map(|s| s / weights).collect();

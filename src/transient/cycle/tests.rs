@@ -81,7 +81,7 @@ fn beside(v: f64, other: Option<[f64; 2]>, start: impl FnOnce(State) -> State) -
         tolerance: 1e-12,
         drive: Loading::constant(NormalLoad::Approach(LOAD * SOFT), creepage, v),
     };
-    let rest = State::at_rest(&model, &[-mu * LOAD, 0.0, LOAD], LOAD * SOFT).remembering(&[mu]);
+    let rest = State::at_rest(&model, &[-mu * LOAD, 0.0, LOAD], &[LOAD * SOFT]).remembering(&[mu]);
     let mut stepper = Stepper::new(model, settings, start(rest.clone())).unwrap();
     stepper.settle().unwrap();
     let search = Settings {

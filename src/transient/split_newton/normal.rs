@@ -5,9 +5,11 @@ use faer::Mat;
 
 use super::krylov::conjugate_gradients;
 use crate::contact::active_set::settle;
+use crate::contact::loads::solve_small;
 use crate::dense::{add_columns, sum_over};
 use crate::transient::aligned::{whole, AlignedVec};
-use crate::transient::problem::Effort;
+use crate::transient::border::Border;
+use crate::transient::problem::{Effort, StepProblem};
 
 /// Solutions after which the inverse of the normal part pays; until then conjugate gradients find the pressures too.
 const WORTH: usize = 8;
@@ -22,25 +24,45 @@ pub(super) struct Normal {
     /// Open nodes, and the factor of the rows and columns of the inverse that they have.
     open: Vec<usize>,
     shut: Option<PartialPivLu<f32>>,
-    /// Pressures that a uniform gap of minus the unit makes on the nodes that are not open, `[l]`; empty where not
-    /// known.
-    uniform: AlignedVec<f32>,
+    /// Pressures that a unit of minus the shift of each border makes on the nodes that are not open, `[l]` each; empty
+    /// where not known.
+    uniform: Vec<AlignedVec<f32>>,
     /// Systems solved.
     solved: usize,
 }
 
-/// Gaps to be closed and what the pressures are to sum up to.
+/// Gaps to be closed and what the pressures are to add to the resultants.
 pub(super) struct Wanted {
     /// Minus the gaps over the unit, N, `[l]`; 0 at open nodes.
     pub gap: AlignedVec<f32>,
-    /// Total of the pressures, N, where the bodies are free to come nearer to each other.
-    pub total: Option<f32>,
+    /// Change of the resultant of each border, N.
+    pub lack: Vec<f32>,
+}
+
+/// A border at the nodes.
+pub(super) struct NormalBorder {
+    /// Change of the gap per unit of the shift, `[l]`.
+    pub column: AlignedVec<f32>,
+    /// Part of the pressure in the resultant, `[l]`.
+    pub row: AlignedVec<f32>,
+}
+
+impl NormalBorder {
+    /// Without what friction adds.
+    pub fn new(p: &StepProblem<'_>, border: &Border) -> Self {
+        let at = |of: &[[f64; 3]]| {
+            let mut all = AlignedVec::zeros(p.matrix.places());
+            (0..p.nodes()).for_each(|i| all[i] = of[p.patch_of(i)][2] as f32);
+            all
+        };
+        Self { column: at(&border.column), row: at(&border.row) }
+    }
 }
 
 impl Normal {
     /// For `nodes` nodes.
     pub fn new(nodes: usize) -> Self {
-        let (inverse, uniform) = (AlignedVec::default(), AlignedVec::default());
+        let (inverse, uniform) = (AlignedVec::default(), Vec::new());
         Self { nodes, inverse, open: Vec::new(), shut: None, uniform, solved: 0 }
     }
 
@@ -56,34 +78,47 @@ impl Normal {
         let inverse = Mat::from_fn(k, k, |i, j| gaps[l * j + i] + coupling(i, j)).partial_piv_lu().inverse();
         self.inverse = AlignedVec::zeros(k * l);
         (0..k).for_each(|j| self.inverse[l * j..][..k].copy_from_slice(inverse.col_as_slice(j)));
-        self.uniform = AlignedVec::default();
+        self.uniform.clear();
     }
 
-    /// The pressures that do what is `wanted`, N, 0 at the `open` nodes, `[l]`, and the approach over the unit that
-    /// this takes.
+    /// The pressures that do what is `wanted`, N, 0 at the `open` nodes, `[l]`, and minus the shifts over the unit
+    /// that this takes, `[borders]`.
     pub fn press(
         &mut self,
-        gaps: &[f32],
+        (gaps, borders): (&[f32], &[NormalBorder]),
         open: Vec<usize>,
         wanted: Wanted,
         forcing: f32,
         effort: &mut Effort,
-    ) -> (AlignedVec<f32>, f32) {
+    ) -> (AlignedVec<f32>, Vec<f32>) {
         if open != self.open {
             self.open = open;
             self.shut = None;
-            self.uniform = AlignedVec::default();
+            self.uniform.clear();
         }
         let mut found = self.close(gaps, &wanted.gap, forcing, effort);
-        let Some(total) = wanted.total else { return (found, 0.0) };
-        if self.uniform.is_empty() {
-            let mut one = AlignedVec::from((0..self.nodes).map(|_| 1.0));
-            self.open.iter().for_each(|&i| one[i] = 0.0);
-            self.uniform = self.close(gaps, &one, 1e-4, effort);
+        if self.uniform.len() != borders.len() {
+            self.uniform.clear();
+            for border in borders {
+                let mut one = AlignedVec::from(border.column.iter().copied());
+                self.open.iter().for_each(|&i| one[i] = 0.0);
+                let uniform = self.close(gaps, &one, 1e-4, effort);
+                self.uniform.push(uniform);
+            }
         }
-        let approach = (total - sum_over(found.len(), |i| found[i])) / sum_over(found.len(), |i| self.uniform[i]);
-        found.iter_mut().zip(self.uniform.iter()).for_each(|(f, u)| *f += approach * u);
-        (found, approach)
+        let sum = |b: &NormalBorder, v: &[f32]| f64::from(sum_over(v.len(), |i| b.row[i] * v[i]));
+        let mut matrix: Vec<f64> = borders.iter().flat_map(|b| self.uniform.iter().map(|u| sum(b, u))).collect();
+        let lacks = borders.iter().zip(&wanted.lack).map(|(b, lack)| f64::from(lack - sum(b, &found) as f32));
+        let mut nearer: Vec<f64> = lacks.collect();
+        if !solve_small(&mut matrix, &mut nearer) {
+            // A border whose nodes are all open: the map says so, and another method takes over.
+            nearer.fill(f64::NAN);
+        }
+        let nearer: Vec<f32> = nearer.iter().map(|n| *n as f32).collect();
+        for (by, uniform) in nearer.iter().zip(&self.uniform) {
+            found.iter_mut().zip(uniform.iter()).for_each(|(f, u)| *f += by * u);
+        }
+        (found, nearer)
     }
 
     /// Pressures that close `gap`.
@@ -113,48 +148,63 @@ impl Normal {
         out
     }
 
-    /// Pressures without friction, N, `[l]`, and the approach over the unit, from the gaps over the unit without any
-    /// pressure, `[k]`; `None` where the set of closed nodes does not settle. `load` is the total of the pressures
-    /// where it is given.
+    /// Pressures without friction, N, `[l]`, and minus the shifts over the unit, `[borders]`, from the gaps over the
+    /// unit without any pressure, `[k]`; `None` where the set of closed nodes does not settle. `loads` are the
+    /// resultants of the borders, N.
     pub fn frictionless(
         &mut self,
-        gaps: &[f32],
+        (gaps, borders): (&[f32], &[NormalBorder]),
         gap: &[f32],
-        load: Option<f32>,
+        loads: &[f32],
         effort: &mut Effort,
-    ) -> Option<(AlignedVec<f32>, f32)> {
+    ) -> Option<(AlignedVec<f32>, Vec<f32>)> {
         let (k, l) = (self.nodes, whole::<f32>(self.nodes));
         let mut now = gap.to_vec();
-        let (mut pressure, mut approach) = (AlignedVec::zeros(l), 0.0f32);
-        let nearer_than = |now: &[f32]| (0..k).min_by(|&a, &b| now[a].total_cmp(&now[b]));
+        let (mut pressure, mut approach) = (AlignedVec::zeros(l), vec![0.0f32; borders.len()]);
         let pressed = |pressure: &[f32], now: &[f32]| -> Vec<usize> {
             (0..k).filter(|&i| pressure[i] * gaps[(l + 1) * i] - now[i] > 0.0).collect()
         };
         let settled = settle(pressed(&pressure, &now), 10, |closed| {
+            // Without a load nothing touches; with one the nearest node does.
+            for border in borders {
+                if closed.iter().all(|&i| border.column[i] == 0.0) {
+                    let moved = (0..k).filter(|&i| border.column[i] != 0.0);
+                    closed.extend(moved.min_by(|&a, &b| now[a].total_cmp(&now[b])));
+                    closed.sort_unstable();
+                }
+            }
             if closed.is_empty() {
-                // Without a load nothing touches; with one the nearest node does.
-                load.ok_or(())?;
-                closed.extend(nearer_than(&now));
+                return Err(());
             }
             let mut open: Vec<usize> = (0..k).filter(|i| closed.binary_search(i).is_err()).collect();
             open.iter().for_each(|&i| pressure[i] = 0.0);
-            response(gaps, gap, &pressure, approach, &mut now);
+            response((gaps, borders), gap, &pressure, &approach, &mut now);
             let mut wanted = AlignedVec::from(now.iter().map(|g| -g));
             open.iter().for_each(|&i| wanted[i] = 0.0);
-            let total = load.map(|n| n - pressure.iter().sum::<f32>());
-            let (change, nearer) =
-                self.press(gaps, std::mem::take(&mut open), Wanted { gap: wanted, total }, 0.05, effort);
+            let sum = |b: &NormalBorder| b.row.iter().zip(pressure.iter()).map(|(r, p)| r * p).sum::<f32>();
+            let lack = borders.iter().zip(loads).map(|(b, n)| n - sum(b)).collect();
+            let wanted = Wanted { gap: wanted, lack };
+            let (change, nearer) = self.press((gaps, borders), std::mem::take(&mut open), wanted, 0.05, effort);
             pressure.iter_mut().zip(change.iter()).for_each(|(p, c)| *p += c);
-            approach += nearer;
-            response(gaps, gap, &pressure, approach, &mut now);
+            approach.iter_mut().zip(&nearer).for_each(|(a, n)| *a += n);
+            response((gaps, borders), gap, &pressure, &approach, &mut now);
             Ok::<_, ()>((pressed(&pressure, &now), ()))
         });
         matches!(settled, Ok(Ok(_))).then_some((pressure, approach))
     }
 }
 
-/// Gaps over the unit under `pressure` and `approach`.
-fn response(gaps: &[f32], gap: &[f32], pressure: &[f32], approach: f32, out: &mut [f32]) {
-    out.iter_mut().zip(gap).for_each(|(o, g)| *o = g - approach);
+/// Gaps over the unit under `pressure` and minus the shifts `approach`, `[borders]`.
+fn response(
+    (gaps, borders): (&[f32], &[NormalBorder]),
+    gap: &[f32],
+    pressure: &[f32],
+    approach: &[f32],
+    out: &mut [f32],
+) {
+    out.copy_from_slice(gap);
+    for (border, by) in borders.iter().zip(approach) {
+        out.iter_mut().zip(border.column.iter()).for_each(|(o, c)| *o -= c * by);
+    }
     add_columns(gaps, pressure.len(), &pressure[..gap.len()], out);
 }

@@ -2,11 +2,13 @@
 
 use pulp::{Arch, Simd, WithSimd};
 
+use super::normal::NormalBorder;
 use super::Iterate;
 use crate::contact::law::{size, Augmentation, Status};
 use crate::dense::sum_over;
 use crate::friction::FrictionLaw;
 use crate::transient::aligned::AlignedVec;
+use crate::transient::border::Border;
 use crate::transient::problem::StepProblem;
 use crate::transient::structure_of_arrays::{lane, lanes, lanes_mut, SoaVec3, LANES};
 
@@ -18,6 +20,8 @@ pub(super) struct NaturalMap {
     free: SoaVec3,
     /// Displacements, m; gaps without the shift.
     pub u: SoaVec3,
+    /// Shift of the gaps by the borders, m, `[l]`.
+    pub shift: AlignedVec<f64>,
     /// Augmentation along the surface and across it, N/m, `[l]` each.
     rho: [AlignedVec<f64>; 2],
     /// 1 where a node is closed and where it slips, else 0, `[l]`.
@@ -34,8 +38,8 @@ pub(super) struct NaturalMap {
     pub feed: AlignedVec<f64>,
     /// Coefficients of friction, `[l]`.
     friction: AlignedVec<f64>,
-    /// Pressures that lack to the load, N; 0 where none is prescribed.
-    pub lack: f64,
+    /// Prescribed resultants less those of the reactions, N, `[borders]`.
+    pub lack: Vec<f64>,
     pub norm: f64,
     pub largest: f64,
 }
@@ -54,6 +58,7 @@ impl NaturalMap {
             nodes: k,
             free: SoaVec3::zeros(l),
             u: SoaVec3::zeros(l),
+            shift: zeros(),
             rho: [rho(|r| r.tangential), rho(|r| r.normal)],
             closed: AlignedVec::zeros(l),
             slips: AlignedVec::zeros(l),
@@ -62,7 +67,7 @@ impl NaturalMap {
             mu: zeros(),
             feed: AlignedVec::default(),
             friction: zeros(),
-            lack: 0.0,
+            lack: Vec::new(),
             norm: 0.0,
             largest: 0.0,
         }
@@ -87,7 +92,14 @@ impl NaturalMap {
     /// Looks at an iterate.
     pub fn look(&mut self, p: &StepProblem<'_>, now: &Iterate) {
         let k = self.nodes;
-        self.lack = p.total[2].map_or(0.0, |n| n - total(now.x.row(2)));
+        self.lack.clear();
+        self.lack.extend(p.borders.iter().map(|b| b.total - resultant(p, b, &now.x)));
+        if p.patch.is_empty() {
+            let all = p.borders.iter().zip(&now.shift).map(|(b, s)| b.column[0][2] * s).sum::<f64>();
+            self.shift[..k].fill(all);
+        } else {
+            (0..k).for_each(|i| self.shift[i] = p.shifted(i, &now.shift)[2]);
+        }
         Arch::new().dispatch(Add { one: &self.free, other: &now.y, to: &mut self.u });
         let mut slopes = Vec::new();
         match p.friction {
@@ -100,19 +112,41 @@ impl NaturalMap {
                 slopes = found;
             }
         }
-        let [squares, largest] = Arch::new().dispatch(Map { x: &now.x, shift: now.shift, seen: self });
+        let [squares, largest] = Arch::new().dispatch(Map { x: &now.x, seen: self });
         if slopes.iter().any(|s| *s != 0.0) {
-            let pressure = |i: usize| (now.x.row(2)[i] - self.rho[1][i] * (self.u.row(2)[i] + now.shift)).max(0.0);
+            let pressure = |i: usize| (now.x.row(2)[i] - self.rho[1][i] * (self.u.row(2)[i] + self.shift[i])).max(0.0);
             let feed = (0..k).map(|i| if self.slips[i] > 0.0 { -pressure(i) * slopes[i] } else { 0.0 });
             self.feed = AlignedVec::zeros(self.u.places());
             self.feed.iter_mut().zip(feed).for_each(|(f, v)| *f = v);
         } else {
             self.feed = AlignedVec::default();
         }
-        let square = self.lack * self.lack;
+        let square = self.lack.iter().map(|l| l * l).sum::<f64>();
         self.norm = (squares + square / k as f64).sqrt();
+        let square = self.lack.iter().map(|l| l * l).fold(0.0, f64::max);
         // The larger of NaN and a number is the number: it must not pass for a small residual.
         self.largest = if self.norm.is_finite() { largest.max(square).sqrt() } else { f64::INFINITY };
+    }
+
+    /// The borders as the pressures see them: at a node that slips the traction along its slip follows the pressure,
+    /// and is part of the resultant. The change of the traction that the present pressures ask for is taken off what
+    /// `lack`s.
+    pub fn normal_borders(&self, p: &StepProblem<'_>, x: &SoaVec3, lack: &mut [f64]) -> Vec<NormalBorder> {
+        let of = |(border, lack): (&Border, &mut f64)| {
+            let mut normal = NormalBorder::new(p, border);
+            if border.has_traction() {
+                let [dx, dy] = &self.direction;
+                for i in (0..self.nodes).filter(|&i| self.slips[i] > 0.0) {
+                    let row = &border.row[p.patch_of(i)];
+                    let along = row[0] * dx[i] + row[1] * dy[i];
+                    let traction = dx[i] * x.row(0)[i] + dy[i] * x.row(1)[i];
+                    *lack -= along * (self.mu[i] * x.row(2)[i] - traction);
+                    normal.row[i] += (along * self.mu[i]) as f32;
+                }
+            }
+            normal
+        };
+        p.borders.iter().zip(lack).map(of).collect()
     }
 
     /// Coefficients of friction, `[k]`.
@@ -155,9 +189,14 @@ pub(super) fn those(n: usize, is: impl Fn(usize) -> bool) -> Vec<usize> {
     found
 }
 
-/// Sum of a row.
-fn total(row: &[f64]) -> f64 {
-    sum_over(row.len(), |i| row[i])
+/// Resultant of the reactions `x` in a border, N.
+fn resultant(p: &StepProblem<'_>, border: &Border, x: &SoaVec3) -> f64 {
+    let [tx, ty, n] = [0, 1, 2].map(|c| x.row(c));
+    if p.patch.is_empty() && !border.has_traction() {
+        let row = border.row[0][2];
+        return sum_over(n.len(), |i| row * n[i]);
+    }
+    (0..p.nodes()).map(|i| border.contribution(p.patch_of(i), &[tx[i], ty[i], n[i]])).sum()
 }
 
 struct Add<'a> {
@@ -183,7 +222,6 @@ impl WithSimd for Add<'_> {
 /// The laws of [`crate::contact::law`] at all nodes.
 struct Map<'a> {
     x: &'a SoaVec3,
-    shift: f64,
     seen: &'a mut NaturalMap,
 }
 
@@ -193,20 +231,20 @@ impl WithSimd for Map<'_> {
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) -> [f64; 2] {
-        let Self { x, shift, seen } = self;
+        let Self { x, seen } = self;
         let [tx, ty, pressure] = x.lanes();
         let blocks = tx.len();
         let [ux, uy, gap] = seen.u.lanes().map(|row| &row[..blocks]);
         let [rt, rn] = [&seen.rho[0], &seen.rho[1]].map(|row| lanes(row, blocks));
-        let friction = lanes(&seen.friction, blocks);
+        let [friction, shift] = [&seen.friction, &seen.shift].map(|row| lanes(row, blocks));
         let [dx, dy] = &mut seen.direction;
         let [dx, dy, soft, mu] = [dx, dy, &mut seen.soft, &mut seen.mu].map(|row| lanes_mut(row, blocks));
         let [closed, slips] = [&mut seen.closed, &mut seen.slips].map(|row| lanes_mut(row, blocks));
         let (mut squares, mut largest) = ([0.0f64; LANES], [0.0f64; LANES]);
         for b in 0..blocks {
             let (tx, ty, p, ux, uy, gap) = (tx[b], ty[b], pressure[b], ux[b], uy[b], gap[b]);
-            let (rt, rn, m) = (rt[b], rn[b], friction[b]);
-            let q = lane(|k| (p[k] - rn[k] * (gap[k] + shift)).max(0.0));
+            let (rt, rn, m, shift) = (rt[b], rn[b], friction[b], shift[b]);
+            let q = lane(|k| (p[k] - rn[k] * (gap[k] + shift[k])).max(0.0));
             let zx = lane(|k| tx[k] - rt[k] * ux[k]);
             let zy = lane(|k| ty[k] - rt[k] * uy[k]);
             let length = lane(|k| (zx[k] * zx[k] + zy[k] * zy[k]).sqrt());
@@ -273,13 +311,14 @@ mod tests {
                 friction: &law,
                 before: &[],
                 step: 1e-5,
-                total: [None, None, Some(50.0)],
+                patch: &[],
+                borders: &[Border::of_component(2, 50.0)],
                 tolerance: 1e-10,
             };
             let mut seen = NaturalMap::new(&p);
             seen.pose(&p);
             let l = matrix.places();
-            let now = Iterate { x: SoaVec3::of(&x, l), shift: 2e-8, y: SoaVec3::of(&y, l) };
+            let now = Iterate { x: SoaVec3::of(&x, l), shift: vec![2e-8], y: SoaVec3::of(&y, l) };
             seen.look(&p, &now);
             let lack = 50.0 - x.iter().skip(2).step_by(3).sum::<f64>();
             let (mut square, mut largest) = (lack * lack / k as f64, lack.abs());
@@ -289,7 +328,7 @@ mod tests {
                 let node = Node {
                     pressure: x[3 * i + 2],
                     traction: [x[3 * i], x[3 * i + 1]],
-                    gap: u(2) + now.shift,
+                    gap: u(2) + now.shift[0],
                     creep: [u(0), u(1)],
                 };
                 let found = node.project(p.rho(i), friction);

@@ -1,6 +1,7 @@
 //! Reactions to begin with where nothing is known, in single precision and without products with all of W: the
 //! pressures without friction, then the tractions under these pressures.
 
+use super::normal::NormalBorder;
 use super::{Iterate, SplitNewton};
 use crate::transient::aligned::AlignedVec;
 use crate::transient::problem::{Effort, StepProblem};
@@ -13,17 +14,19 @@ const ENOUGH: f64 = 0.02;
 /// much.
 const FORCING: f32 = 0.3;
 
-/// Reactions and the shift of the gaps; the response in single precision.
-pub(super) fn start(parts: &mut SplitNewton, p: &StepProblem<'_>, shift: f64, effort: &mut Effort) -> Iterate {
+/// Reactions and the shifts of the borders; the response in single precision.
+pub(super) fn start(parts: &mut SplitNewton, p: &StepProblem<'_>, shift: &[f64], effort: &mut Effort) -> Iterate {
     let (w, l) = (p.matrix, p.matrix.places());
     let unit = w.unit();
-    let mut now = Iterate { x: SoaVec3::zeros(l), shift, y: SoaVec3::zeros(l) };
-    let gap: Vec<f32> = p.free[2..].iter().step_by(3).map(|g| ((g + shift) / unit) as f32).collect();
-    let load = p.total[2].map(|n| n as f32);
-    let Some((pressure, nearer)) = parts.normal.frictionless(w.gaps(), &gap, load, effort) else {
+    let mut now = Iterate { x: SoaVec3::zeros(l), shift: shift.to_vec(), y: SoaVec3::zeros(l) };
+    let gap = |i: usize| ((p.free[3 * i + 2] + p.shifted(i, shift)[2]) / unit) as f32;
+    let gap: Vec<f32> = (0..p.nodes()).map(gap).collect();
+    let loads: Vec<f32> = p.borders.iter().map(|b| b.total as f32).collect();
+    let borders: Vec<NormalBorder> = p.borders.iter().map(|b| NormalBorder::new(p, b)).collect();
+    let Some((pressure, nearer)) = parts.normal.frictionless((w.gaps(), &borders), &gap, &loads, effort) else {
         return now;
     };
-    now.shift -= unit * f64::from(nearer);
+    now.shift.iter_mut().zip(&nearer).for_each(|(s, n)| *s -= unit * f64::from(*n));
     let respond = |now: &mut Iterate, sorted: &[f32]| {
         for (c, row) in sorted.chunks_exact(l).enumerate() {
             now.y.row_mut(c).iter_mut().zip(row).for_each(|(y, v)| *y += unit * f64::from(*v));

@@ -1,6 +1,7 @@
 //! Steps whose contact laws hold at points of quadrature, with the consistent matrices of the interface
 //! ([`crate::contact::consistent`]).
 
+use super::super::border::Border;
 use super::super::model::Impact;
 use super::super::problem::{Effort, StepProblem, StepSolution};
 use super::Stepper;
@@ -34,6 +35,13 @@ impl Stepper<'_> {
             ));
         }
         let patch = s.single("contact.quadrature \"consistent\"")?;
+        if self.settings.drive.motions.iter().any(|m| m.factors != [1.0] || m.resultant != [[0.0, 0.0, 1.0]]) {
+            return Err(Error::Job(
+                "contact.quadrature: \"consistent\" takes a normal load or an approach; expected \"nodal\" with \
+                 contact.vertical_load"
+                    .into(),
+            ));
+        }
         let way = self.settings.drive.patches[0].speed * self.settings.scheme.step;
         self.integrated = Some(Integrated {
             surface: Surface::new(patch),
@@ -58,10 +66,11 @@ impl Stepper<'_> {
     pub(super) fn look_for_edges(&mut self) {
         let Some(integrated) = &mut self.integrated else { return };
         let ws = &self.working;
+        let approach = self.settings.drive.approaches(&self.state.motions)[0];
         let field = integrated.surface.field(&self.state.reaction);
         integrated.closed.fill(false);
         for (a, &i) in ws.nodes.iter().enumerate() {
-            let gap = self.passing.before[i] - self.state.approach + ws.u[ws.normal(a)];
+            let gap = self.passing.before[i] - approach + ws.u[ws.normal(a)];
             integrated.closed[i] = field[3 * i + 2] > integrated.rho.normal * gap;
         }
     }
@@ -71,9 +80,9 @@ impl Stepper<'_> {
         &self,
         solution: &StepSolution,
         (response, free): (&[f64], &[f64]),
-        approach: f64,
+        approach: &[f64],
     ) -> Vec<usize> {
-        let Some(integrated) = &self.integrated else { return Vec::new() };
+        let Some(integrated) = self.integrated.as_ref().filter(|_| self.open != [true]) else { return Vec::new() };
         let ws = &self.working;
         let mut forces = vec![0.0; self.state.reaction.len()];
         for (r, &i) in solution.reaction.chunks_exact(3).zip(&ws.nodes) {
@@ -83,7 +92,7 @@ impl Stepper<'_> {
         let gap = |i: usize| {
             let a = Some(ws.place[i]).filter(|&a| a != usize::MAX)?;
             let row = ws.normal(a);
-            Some(self.passing.after[i] + solution.shift[2] - approach + free[row] + response[row])
+            Some(self.passing.after[i] - approach[0] + free[row] + response[row])
         };
         let mut beyond = integrated.surface.pressed(|i| field[3 * i + 2], integrated.rho.normal, gap);
         beyond.retain(|&i| ws.place[i] >= ws.core);
@@ -103,7 +112,7 @@ impl Integrated {
         p: &StepProblem<'_>,
         nodes: &[usize],
         guess: &[f64],
-        shift: [f64; 3],
+        shift: &[f64],
         effort: &mut Effort,
     ) -> Result<StepSolution> {
         let k = nodes.len();
@@ -117,13 +126,19 @@ impl Integrated {
         if scale == 0.0 {
             let (reaction, response) = (vec![0.0; 3 * k], vec![0.0; 3 * k]);
             let status = vec![Status::Open; k];
+            let shift = shift.to_vec();
             return Ok(StepSolution { reaction, shift, response, status, friction: Vec::new(), residual: 0.0 });
         }
         let law = Law { rho: self.rho, friction: p.friction.coefficient(0.0) };
-        let posed =
-            Posed { cells, law, response: p.matrix.matrix(), constant: p.free, total: p.total, measure: &vec![1.0; k] };
+        // Component of the reactions whose total each border prescribes.
+        let component = |b: &Border| b.tangential().unwrap_or(2);
+        let (mut total, mut from) = ([None; 3], [0.0; 3]);
+        for (border, s) in p.borders.iter().zip(shift) {
+            (total[component(border)], from[component(border)]) = (Some(border.total), *s);
+        }
+        let posed = Posed { cells, law, response: p.matrix.matrix(), constant: p.free, total, measure: &vec![1.0; k] };
         let target = p.tolerance * scale;
-        let mut now = posed.at(guess.to_vec(), shift);
+        let mut now = posed.at(guess.to_vec(), from);
         let mut spent = consistent::Effort::default();
         // What rounding leaves is removed by a product of the whole once the method is there.
         for _ in 0..3 {
@@ -148,7 +163,7 @@ impl Integrated {
                 return Ok(StepSolution {
                     residual: now.largest,
                     reaction: now.projected(),
-                    shift: now.shift,
+                    shift: p.borders.iter().map(|b| now.shift[component(b)]).collect(),
                     response: now.response,
                     status,
                     friction: Vec::new(),

@@ -5,9 +5,9 @@ use super::super::problem::{Effort, StepSolution};
 use crate::contact::law::Status;
 use crate::friction::Remembered;
 
-/// Results of a step besides the state.
-#[derive(Debug, Clone, Default)]
-pub struct StepReport {
+/// Results of a step on a patch, in its own frame.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PatchReport {
     /// Force on body 1 (x, y, z), N.
     pub force: [f64; 3],
     /// Moment about the common normal of the tractions on body 1, N·m.
@@ -16,10 +16,34 @@ pub struct StepReport {
     pub closed: usize,
     /// Number of sticking nodes among them.
     pub stick: usize,
+}
+
+/// Results of a step besides the state.
+#[derive(Debug, Clone, Default)]
+pub struct StepReport {
+    /// Results of each patch.
+    pub patches: Vec<PatchReport>,
     /// Residual of the contact laws, N.
     pub residual: f64,
     /// Work of the solver.
     pub effort: Effort,
+}
+
+impl StepReport {
+    /// Sum of the forces on body 1 (x, y, z), N, those of several patches each in its own frame.
+    pub fn force(&self) -> [f64; 3] {
+        self.patches.iter().fold([0.0; 3], |sum, p| [0, 1, 2].map(|c| sum[c] + p.force[c]))
+    }
+
+    /// Closed nodes of all patches.
+    pub fn closed(&self) -> usize {
+        self.patches.iter().map(|p| p.closed).sum()
+    }
+
+    /// Sticking nodes of all patches.
+    pub fn stick(&self) -> usize {
+        self.patches.iter().map(|p| p.stick).sum()
+    }
 }
 
 /// The contact problem of a step, see [`super::StepProblem`].
@@ -69,5 +93,7 @@ pub(super) struct End {
     pub(super) modal: Vec<f64>,
     pub(super) q: Vec<f64>,
     pub(super) v: Vec<f64>,
-    pub(super) approach: f64,
+    /// Rigid motions, m, `[motions]`, and rigid creeps that were found, m/s.
+    pub(super) motions: Vec<f64>,
+    pub(super) creep: [f64; 2],
 }

@@ -14,6 +14,8 @@ use crate::{Error, Result};
 pub(super) struct WorkingSet {
     /// Core nodes, then those upstream that feet may need, then those of which only the gap is looked at.
     pub(super) nodes: Vec<usize>,
+    /// Patch of each core node; empty where there is one patch.
+    pub(super) patch: Vec<usize>,
     pub(super) core: usize,
     /// Core nodes and those upstream: those with all three components.
     pub(super) full: usize,
@@ -53,6 +55,11 @@ impl WorkingSet {
         2 * self.full + self.nodes.len()
     }
 
+    /// Patch of core node `a`.
+    pub(super) fn patch_of(&self, a: usize) -> usize {
+        self.patch.get(a).copied().unwrap_or(0)
+    }
+
     /// Normal row of node `a`.
     pub(super) fn normal(&self, a: usize) -> usize {
         if a < self.full {
@@ -73,7 +80,8 @@ pub(super) struct InactiveNodes {
     q: Vec<f64>,
     /// Reactions on the core, N, `[3 core]`.
     reaction: Vec<f64>,
-    shift: f64,
+    /// Approach of each patch, m, `[patches]`.
+    approach: Vec<f64>,
     /// Largest change of a gap that a unit of each mode and of each reaction on the core makes out there, `[m]` and
     /// `[3 core]`.
     reach: [Vec<f64>; 2],
@@ -125,7 +133,7 @@ impl Stepper<'_> {
             [true, false, false] if !own => UpwindReconstruction::Line,
             _ => UpwindReconstruction::of(h, closed, || {
                 let gap = |k: usize| self.passing.before[ws.nodes[near[k]]];
-                let approach = self.approach(ws.nodes[a], self.state.approach);
+                let approach = self.settings.drive.approaches(&self.state.motions)[ws.patch_of(a)];
                 [1, 2].map(|k| gap(k) - approach + ws.u[3 * near[k] + 2])
             }),
         };
@@ -139,17 +147,17 @@ impl Stepper<'_> {
         solution: &StepSolution,
         (response, free): (&[f64], &[f64]),
         q: &[f64],
-        approach: f64,
+        approach: &[f64],
     ) -> Vec<usize> {
         let s = self.model.interface;
         let ws = &self.working;
         let gap = &self.passing.after;
-        let shift = solution.shift[2] - approach;
-        let limit = self.rounding(shift);
-        let drive = &self.settings.drive;
-        let shifted = |i: usize| drive.factors[s.patch_of(i)] * shift;
+        let limit = self.rounding(approach);
+        let nearer = |i: usize| approach[s.patch_of(i)];
+        let closes = |i: usize| !self.open.get(s.patch_of(i)).copied().unwrap_or(false);
         let mut entering: Vec<usize> = (ws.core..ws.nodes.len())
-            .filter(|&a| gap[ws.nodes[a]] + shifted(ws.nodes[a]) + free[ws.normal(a)] + response[ws.normal(a)] < limit)
+            .filter(|&a| closes(ws.nodes[a]))
+            .filter(|&a| gap[ws.nodes[a]] - nearer(ws.nodes[a]) + free[ws.normal(a)] + response[ws.normal(a)] < limit)
             .map(|a| ws.nodes[a])
             .collect();
         if !entering.is_empty() {
@@ -161,14 +169,14 @@ impl Stepper<'_> {
             // Smooth bodies take no time.
             let passed = if self.passing.is_rough() { passed.fold(0.0, f64::max) } else { 0.0 };
             let by = moved(&o.reach[0], q, &o.q) + moved(&o.reach[1], &solution.reaction, &o.reaction) + passed;
-            let most = drive.factors.iter().fold(0.0f64, |m, n| m.max(n.abs()));
-            if then > by + most * (shift - o.shift).abs() {
+            let sunk = approach.iter().zip(&o.approach).fold(0.0f64, |m, (now, then)| m.max((now - then).abs()));
+            if then > by + sunk {
                 return entering;
             }
         }
         let mut nearest = f64::INFINITY;
         let seen = self.shapes.seen(q);
-        for i in (0..s.len()).filter(|&i| ws.place[i] == usize::MAX) {
+        for i in (0..s.len()).filter(|&i| ws.place[i] == usize::MAX && closes(i)) {
             let col = self.model.residual.col(3 * i + 2);
             let mut elastic = [0.0; 3];
             for (&j, r) in ws.nodes.iter().zip(solution.reaction.chunks_exact(3)) {
@@ -176,7 +184,7 @@ impl Stepper<'_> {
                     elastic[c] += col[3 * j + c] * r[c];
                 }
             }
-            let now = gap[i] + shifted(i) + elastic.iter().sum::<f64>() + dot(self.shapes.row(3 * i + 2), &seen);
+            let now = gap[i] - nearer(i) + elastic.iter().sum::<f64>() + dot(self.shapes.row(3 * i + 2), &seen);
             nearest = nearest.min(now);
             if now < limit {
                 entering.push(i);
@@ -186,15 +194,16 @@ impl Stepper<'_> {
         o.undeformed.clone_from(gap);
         o.q = q.to_vec();
         o.reaction = solution.reaction.clone();
-        o.shift = shift;
+        o.approach = approach.to_vec();
         entering
     }
 
-    /// The node that is nearest to the other body, without reactions, where `q` is seen of the modes, `[r]`.
-    pub(super) fn nearest(&self, q: &[f64]) -> usize {
+    /// The node of the patches `of` that is nearest to the other body, without reactions, where `q` is seen of the
+    /// modes, `[r]`.
+    pub(super) fn nearest(&self, q: &[f64], of: impl Fn(usize) -> bool) -> Option<usize> {
         let s = self.model.interface;
         let gap = |i: usize| self.passing.after[i] + dot(self.shapes.row(3 * i + 2), q);
-        (0..s.len()).min_by(|&a, &b| gap(a).total_cmp(&gap(b))).unwrap_or(0)
+        (0..s.len()).filter(|&i| of(s.patch_of(i))).min_by(|&a, &b| gap(a).total_cmp(&gap(b)))
     }
 
     /// Motions that can move the gaps of the nodes outside the working set, which are not looked at yet.
@@ -217,7 +226,7 @@ impl Stepper<'_> {
     pub(super) fn shrink(&mut self) -> Result<()> {
         let needed = match &self.integrated {
             Some(integrated) => integrated.around(pressed(&self.state.reaction)).len(),
-            None => self.report.closed,
+            None => self.report.closed(),
         };
         if self.working.core > 12 && 3 * self.working.core > 4 * needed + 36 {
             return self.reset();
@@ -317,8 +326,9 @@ impl Stepper<'_> {
         };
         let ways = lines.iter().map(way).collect();
         let at = core.iter().map(|&i| (s.point(i), s.creep(i))).collect();
+        let patch = if s.patches.len() > 1 { core.iter().map(|&i| s.patch_of(i)).collect() } else { Vec::new() };
         let core = core.len();
-        self.working = WorkingSet { nodes, core, full, place, w, around, psi, feet: lines, ways, at, u };
+        self.working = WorkingSet { nodes, patch, core, full, place, w, around, psi, feet: lines, ways, at, u };
         self.outside = self.around();
         self.memory.forget();
         self.past.clear();

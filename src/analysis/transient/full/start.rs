@@ -120,7 +120,7 @@ fn nowhere() -> State {
         q: Vec::new(),
         v: Vec::new(),
         reaction: Vec::new(),
-        approach: 0.0,
+        motions: vec![0.0],
         creep: [0.0; 2],
         friction: Vec::new(),
         energy: crate::transient::Energy::default(),

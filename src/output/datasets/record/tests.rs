@@ -84,7 +84,7 @@ fn datasets_hold_what_their_names_say_at_the_times_they_should() {
     };
     let reaction: Vec<f64> =
         (0..75).map(|k| if k % 3 == 2 && [7, 8, 12].contains(&(k / 3)) { 1e3 } else { 0.0 }).collect();
-    let start = State::at_rest(&model, &reaction, 2e-3).shaken(3, 0.5);
+    let start = State::at_rest(&model, &reaction, &[2e-3]).shaken(3, 0.5);
     let mut stepper = Stepper::new(model, settings, start).expect("a stepper");
     let points = ["one", "two"].map(|name| json!({ "name": name, "body": "upper", "at": [0, 0, 0] }));
     let wanted: job::Transient = serde_json::from_value(json!({
@@ -116,9 +116,9 @@ fn datasets_hold_what_their_names_say_at_the_times_they_should() {
         let r = stepper.report();
         seen.push(Seen {
             state: stepper.state().clone(),
-            force: r.force,
-            moment_z: r.moment_z,
-            counts: [r.closed, r.stick, r.effort.iterations, r.effort.products].map(|c| c as f64),
+            force: r.patches[0].force,
+            moment_z: r.patches[0].moment_z,
+            counts: [r.closed(), r.stick(), r.effort.iterations, r.effort.products].map(|c| c as f64),
             residual: r.residual,
             fields: stepper.fields(),
         });
