@@ -33,12 +33,15 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::rc::Rc;
 use terms::Charges;
 
+mod continued;
 mod errors;
 mod following;
 mod interpolated;
 mod modal;
 mod small;
 mod terms;
+
+pub use continued::{continued, KnownSpectrum};
 
 type C = Complex<f64>;
 
@@ -96,6 +99,8 @@ struct Last {
     contact: Vec<C>,
     /// How it had changed.
     change: Vec<C>,
+    /// Relaxations of the contact that are as little damped as what is listed.
+    relaxations: Vec<C>,
 }
 
 thread_local! {
@@ -213,6 +218,16 @@ impl Condensed {
 impl Secular {
     /// None where the problem is not for this method.
     fn new(bodies: &CoupledModel, contact: &LinearContact, ratio: f64) -> Result<Option<Self>> {
+        Self::with_relaxations(bodies, contact, ratio, None)
+    }
+
+    /// The same with `relaxations` that are near those of this contact, where they are `known`.
+    fn with_relaxations(
+        bodies: &CoupledModel,
+        contact: &LinearContact,
+        ratio: f64,
+        known: Option<&[C]>,
+    ) -> Result<Option<Self>> {
         if !(ratio <= LISTED) || contact.nodes.is_empty() {
             return Ok(None);
         }
@@ -224,7 +239,8 @@ impl Secular {
         let view = View { modes: shapes.as_ref(), residual: bodies.residual.as_ref() };
         let rows = contact_rows(view, contact)?;
         let contact = Condensed::new(rows, modes.seen, rate);
-        let Some(relaxations) = contact.relaxations(rate, angle) else { return Ok(None) };
+        let computed = || contact.relaxations(rate, angle);
+        let Some(relaxations) = known.map(<[C]>::to_vec).or_else(computed) else { return Ok(None) };
         if relaxations.iter().any(|z| z.im <= REAL * z.norm()) {
             return Ok(None);
         }
@@ -319,7 +335,8 @@ impl Secular {
             before = roots.iter().map(|v| nearest(v).unwrap_or(*v)).collect();
             change = now.iter().zip(&last.contact).map(|(a, b)| a - b).collect();
         }
-        LAST.set(Last { poles: self.modes.poles.clone(), roots: roots.to_vec(), before, contact: now, change });
+        let (poles, roots, relaxations) = (self.modes.poles.clone(), roots.to_vec(), self.relaxations.clone());
+        LAST.set(Last { poles, roots, before, contact: now, change, relaxations });
     }
 
     /// The roots `known` and those that `starts` lead to; and where those are that have not come to rest.
@@ -410,8 +427,14 @@ impl Secular {
     fn rest(&self, roots: &[C], poles: &[C], lambda: C) -> C {
         let r = self.modes.seen;
         let g = self.modes.compliance(&[lambda]);
-        let k = self.contact.stiffness(lambda);
-        let k: Vec<C> = (0..r * r).map(|i| k[(i % r, i / r)]).collect();
+        // The polynomials are good to many more digits here than a phase needs.
+        let k = match self.along.holds(lambda) {
+            true => self.along.stiffness(&[lambda]),
+            false => {
+                let k = self.contact.stiffness(lambda);
+                (0..r * r).map(|i| k[(i % r, i / r)]).collect()
+            }
+        };
         let all = |of: &[C]| of.iter().map(|v| (lambda - v).ln() + (lambda - v.conj()).ln()).sum::<C>();
         // det(KG − 1) has the sign of det(1 − KG) where r is even.
         let sign = C::new(0.0, PI * (r % 2) as f64);
@@ -462,20 +485,8 @@ impl Secular {
 
     /// The eigenvalues `roots` with their backward errors alone; none where one has more than `tolerance`.
     fn values(&self, bodies: &CoupledModel, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
-        let rows = &self.contact.rows;
-        let scaled = Scaled::new(&self.modes, rows);
         let (forces, seen) = self.forces(roots);
-        let own = self.contact.following.back(&self.along.follow(roots, &seen));
-        let squares = self.modes.least(roots, &forces);
-        let x = Vectors { values: roots, seen: &seen, own: &own, squares: &squares };
-        let mut errors = scaled.errors(rows, &x, &forces);
-        let some: Vec<usize> = (0..roots.len()).filter(|l| *l < LOOKED_AT[0] || l % LOOKED_AT[1] == 0).collect();
-        let (of, under): (Vec<C>, Vec<Vec<C>>) = some.iter().map(|&l| (roots[l], forces[l].clone())).unzip();
-        for (&l, error) in some.iter().zip(self.lifted(bodies, &scaled, &of, &under).errors) {
-            if !(error <= errors[l]) {
-                errors[l] = error;
-            }
-        }
+        let errors = self.errors(bodies, roots, (&forces, &seen));
         let pair = |(&value, backward_error): (&C, f64)| Eigenpair {
             value,
             modal: Vec::new(),
@@ -484,6 +495,24 @@ impl Secular {
         };
         let good = errors.iter().all(|e| *e <= tolerance);
         good.then(|| roots.iter().zip(errors).map(pair).collect())
+    }
+
+    /// Backward errors of `roots` with these forces on the functions and motions of them, as [`eigenvalues`] has them.
+    fn errors(&self, bodies: &CoupledModel, roots: &[C], (forces, seen): (&[Vec<C>], &Mat<C>)) -> Vec<f64> {
+        let rows = &self.contact.rows;
+        let scaled = Scaled::new(&self.modes, rows);
+        let own = self.contact.following.back(&self.along.follow(roots, seen));
+        let squares = self.modes.least(roots, forces);
+        let x = Vectors { values: roots, seen, own: &own, squares: &squares };
+        let mut errors = scaled.errors(rows, &x, forces);
+        let some: Vec<usize> = (0..roots.len()).filter(|l| *l < LOOKED_AT[0] || l % LOOKED_AT[1] == 0).collect();
+        let (of, under): (Vec<C>, Vec<Vec<C>>) = some.iter().map(|&l| (roots[l], forces[l].clone())).unzip();
+        for (&l, error) in some.iter().zip(self.lifted(bodies, &scaled, &of, &under).errors) {
+            if !(error <= errors[l]) {
+                errors[l] = error;
+            }
+        }
+        errors
     }
 
     /// The motions of the modes under the forces on the functions of each of `roots`.

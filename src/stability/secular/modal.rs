@@ -91,8 +91,14 @@ impl Poles {
     /// None where the vectors do not tell them apart.
     fn of(stiffness: Mat<f64>, damping: Mat<f64>) -> Option<Rc<Self>> {
         let same = |p: &&Rc<Self>| p.stiffness == stiffness && p.damping == damping;
-        if let Some(known) = LAST.with_borrow(|last| last.iter().find(same).cloned()) {
-            return Some(known);
+        // The last ones used stay the longest.
+        let known = LAST.with_borrow_mut(|last| {
+            let place = last.iter().position(|p| same(&p))?;
+            last[..=place].rotate_right(1);
+            last.first().cloned()
+        });
+        if known.is_some() {
+            return known;
         }
         let s = stiffness.nrows();
         let rate = (0..s).map(|i| stiffness[(i, i)].abs().sqrt()).fold(0.0, f64::max);
@@ -157,7 +163,7 @@ struct Part {
 
 /// The modes of both.
 pub(super) struct Modes {
-    parts: Vec<Part>,
+    parts: Vec<Rc<Part>>,
     modes: usize,
     /// Number r of functions of both bodies.
     pub seen: usize,
@@ -184,9 +190,21 @@ struct Given {
 }
 
 impl Given {
-    fn is(&self, bodies: &CoupledModel, within: f64) -> bool {
-        let same = self.within == within && self.lower == bodies.lower_modes;
-        same && self.stiffness == bodies.stiffness && self.damping == bodies.damping
+    /// True if these are the modes of `bodies`, whose damping may be another one.
+    fn is_but_for_damping(&self, bodies: &CoupledModel, within: f64) -> bool {
+        self.within == within && self.lower == bodies.lower_modes && self.stiffness == bodies.stiffness
+    }
+
+    /// True if the damping of the modes from `first` to before `end`, those of a body, is that of `bodies`.
+    fn is_damped_alike(&self, bodies: &CoupledModel, first: usize, end: usize) -> bool {
+        match (&self.damping, &bodies.damping) {
+            (ModalMatrix::Diagonal(a), ModalMatrix::Diagonal(b)) => a[first..end] == b[first..end],
+            (ModalMatrix::Blocks(a), ModalMatrix::Blocks(b)) if a.len() == 2 && b.len() == 2 => {
+                let body = usize::from(first > 0);
+                a[body].nrows() == end - first && a[body] == b[body]
+            }
+            _ => false,
+        }
     }
 }
 
@@ -196,9 +214,14 @@ impl Modes {
     /// does not oscillate. Those of the last state are taken where they serve.
     pub fn at(bodies: &CoupledModel, rows: &[usize], within: f64) -> Option<(Rc<Self>, Mat<f64>)> {
         let psi = Mat::from_fn(rows.len(), bodies.omega.len(), |i, j| bodies.modes[(rows[i], j)]);
-        let last = Self::last().filter(|known| known.of.is(bodies, within));
+        let last = Self::last().filter(|known| known.of.is_but_for_damping(bodies, within));
         let (modes, asked) = match last.and_then(|last| last.shapes(&psi).map(|asked| (last, asked))) {
-            Some(found) => found,
+            Some((last, asked)) if last.of.damping == bodies.damping => (last, asked),
+            Some((last, asked)) => {
+                let made = Rc::new(last.with_damping(bodies)?);
+                KNOWN.set(Some(made.clone()));
+                (made, asked)
+            }
             None => {
                 let made = Rc::new(Self::new(bodies, &psi, within)?);
                 KNOWN.set(Some(made.clone()));
@@ -265,10 +288,39 @@ impl Modes {
         let mut parts = Vec::new();
         let mut at = 0;
         for ((first, functions), end) in bases.iter().zip([lower, m]) {
-            parts.push(Part::new(bodies, (*first, end), basis.as_ref().subrows(at, functions.len()), at)?);
+            let part = Part::new(bodies, (*first, end), basis.as_ref().subrows(at, functions.len()), at)?;
+            parts.push(Rc::new(part));
             at += functions.len();
         }
-        let all = parts.iter().flat_map(Part::poles).filter(|p| p.im >= 0.0);
+        let stiffness = &basis * bodies.stiffness.product(basis.transpose());
+        Self::of_parts(bodies, (parts, within), basis, stiffness)
+    }
+
+    /// The same modes with the damping of `bodies`.
+    fn with_damping(&self, bodies: &CoupledModel) -> Option<Self> {
+        let ends = [0, self.of.lower, self.modes];
+        let mut parts = Vec::new();
+        for (part, of) in self.parts.iter().zip(ends.windows(2)) {
+            parts.push(match self.of.is_damped_alike(bodies, of[0], of[1]) {
+                true => part.clone(),
+                false => {
+                    let basis = self.basis.as_ref().subrows(part.first, part.functions);
+                    Rc::new(Part::new(bodies, (of[0], of[1]), basis, part.first)?)
+                }
+            });
+        }
+        Self::of_parts(bodies, (parts, self.of.within), self.basis.clone(), self.stiffness.clone())
+    }
+
+    /// The modes of both bodies with their amplitudes `basis` of the functions, and B K Bᵀ.
+    fn of_parts(
+        bodies: &CoupledModel,
+        (parts, within): (Vec<Rc<Part>>, f64),
+        basis: Mat<f64>,
+        stiffness: Mat<f64>,
+    ) -> Option<Self> {
+        let (m, lower, seen) = (bodies.omega.len(), bodies.lower_modes, basis.nrows());
+        let all = parts.iter().flat_map(|part| part.poles()).filter(|p| p.im >= 0.0);
         let (poles, mut damped): (Vec<C>, Vec<C>) = all.partition(|p| p.im.atan2(p.re) <= within);
         damped.retain(|p| p.im > 0.0);
         if seen == 0 || poles.is_empty() || poles.iter().any(|p| p.im <= REAL * p.norm()) {
@@ -276,7 +328,6 @@ impl Modes {
         }
         let square = |of: &ModalMatrix| of.values().iter().map(|v| v * v).sum::<f64>();
         let squares = [square(&bodies.stiffness), square(&bodies.damping)];
-        let stiffness = &basis * bodies.stiffness.product(basis.transpose());
         let of = Given { stiffness: bodies.stiffness.clone(), damping: bodies.damping.clone(), lower, within };
         Some(Self { parts, modes: m, seen, basis, poles, damped, squares, stiffness, of })
     }
