@@ -85,6 +85,8 @@ const ABOVE: [f64; 2] = [4.0, 16.0];
 const NEAR: f64 = 1e-6;
 /// Eigenvalues whose motions are looked at where they are not asked for: so many first ones, and each of so many.
 const LOOKED_AT: [usize; 2] = [16, 48];
+/// The same of continued ones, which all come from eigenvalues that were looked at.
+const CONTINUED: [usize; 2] = [3, 48];
 /// Phase that is 0 or π.
 const EVEN: f64 = 0.05;
 
@@ -423,30 +425,41 @@ impl Secular {
         lambda.im.atan2(lambda.re) - self.angle
     }
 
-    /// The logarithm of det(1 − KG) with `poles` and `roots` divided out, at λ.
-    fn rest(&self, roots: &[C], poles: &[C], lambda: C) -> C {
+    /// The logarithm of det(1 − KG) with `poles` and `roots` divided out, at each of `values`.
+    fn rest(&self, roots: &[C], poles: &[C], values: &[C]) -> Vec<C> {
         let r = self.modes.seen;
-        let g = self.modes.compliance(&[lambda]);
+        let compliances = self.modes.compliance(values);
         // The polynomials are good to many more digits here than a phase needs.
-        let k = match self.along.holds(lambda) {
-            true => self.along.stiffness(&[lambda]),
-            false => {
-                let k = self.contact.stiffness(lambda);
-                (0..r * r).map(|i| k[(i % r, i / r)]).collect()
-            }
-        };
-        let all = |of: &[C]| of.iter().map(|v| (lambda - v).ln() + (lambda - v.conj()).ln()).sum::<C>();
+        let (near, far): (Vec<C>, Vec<C>) = values.iter().partition(|v| self.along.holds(**v));
+        let polynomials = self.along.stiffness(&near);
+        let mut polynomials = polynomials.chunks_exact(r * r).map(<[C]>::to_vec);
+        let mut exact = far.iter().map(|v| {
+            let k = self.contact.stiffness(*v);
+            (0..r * r).map(|i| k[(i % r, i / r)]).collect::<Vec<C>>()
+        });
         // det(KG − 1) has the sign of det(1 − KG) where r is even.
         let sign = C::new(0.0, PI * (r % 2) as f64);
-        sign + Lu::new(self.matrix(&k, &g), r).log_determinant() + all(poles) - all(roots)
+        let of = |(lambda, g): (&C, &[C])| {
+            let k = if self.along.holds(*lambda) { polynomials.next() } else { exact.next() };
+            let all = |of: &[C]| of.iter().map(|v| (lambda - v).ln() + (lambda - v.conj()).ln()).sum::<C>();
+            let k = k.unwrap_or_default();
+            sign + Lu::new(self.matrix(&k, g), r).log_determinant() + all(poles) - all(roots)
+        };
+        values.iter().zip(compliances.chunks_exact(r * r)).map(of).collect()
     }
 
     /// How many eigenvalues within the ray, both of each conjugate pair, are missing in `roots`; none where the count
     /// is not certain.
     fn missing(&self, roots: &[C]) -> Option<i64> {
+        self.missing_by(roots, &[])
+    }
+
+    /// The same by the phase at the logarithms `among` of frequencies as well, ascending.
+    fn missing_by(&self, roots: &[C], among: &[f64]) -> Option<i64> {
         let [poles, roots] = self.balanced(roots);
         let [low, high] = self.modes.range().map(f64::ln);
-        let at = |u: f64| self.rest(&roots, &poles, C::from_polar(u.exp(), self.angle));
+        let on_ray = |u: f64| C::from_polar(u.exp(), self.angle);
+        let at = |u: f64| self.rest(&roots, &poles, &[on_ray(u)])[0];
         let even = |v: C| (v.im / PI - (v.im / PI).round()).abs() * PI < EVEN;
         let one = |v: C| wrapped(v.im).abs() < EVEN && v.re.abs() < EVEN;
         // Down to where it is real and up to where it is 1.
@@ -459,7 +472,10 @@ impl Secular {
             }
             points.insert(0, (u, at(u)));
         }
-        u = low;
+        let among: Vec<f64> = among.iter().copied().filter(|u| *u > low && *u < high).collect();
+        let values: Vec<C> = among.iter().map(|u| on_ray(*u)).collect();
+        points.extend(among.iter().copied().zip(self.rest(&roots, &poles, &values)));
+        u = among.last().copied().unwrap_or(low);
         while u < high + ABOVE[0] || !points.last().is_some_and(|p| one(p.1)) {
             u += STEP;
             if u > high + ABOVE[1] {
@@ -486,7 +502,7 @@ impl Secular {
     /// The eigenvalues `roots` with their backward errors alone; none where one has more than `tolerance`.
     fn values(&self, bodies: &CoupledModel, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
         let (forces, seen) = self.forces(roots);
-        let errors = self.errors(bodies, roots, (&forces, &seen));
+        let errors = self.errors(bodies, roots, (&forces, &seen), LOOKED_AT);
         let pair = |(&value, backward_error): (&C, f64)| Eigenpair {
             value,
             modal: Vec::new(),
@@ -498,14 +514,20 @@ impl Secular {
     }
 
     /// Backward errors of `roots` with these forces on the functions and motions of them, as [`eigenvalues`] has them.
-    fn errors(&self, bodies: &CoupledModel, roots: &[C], (forces, seen): (&[Vec<C>], &Mat<C>)) -> Vec<f64> {
+    fn errors(
+        &self,
+        bodies: &CoupledModel,
+        roots: &[C],
+        (forces, seen): (&[Vec<C>], &Mat<C>),
+        looked_at: [usize; 2],
+    ) -> Vec<f64> {
         let rows = &self.contact.rows;
         let scaled = Scaled::new(&self.modes, rows);
         let own = self.contact.following.back(&self.along.follow(roots, seen));
         let squares = self.modes.least(roots, forces);
         let x = Vectors { values: roots, seen, own: &own, squares: &squares };
         let mut errors = scaled.errors(rows, &x, forces);
-        let some: Vec<usize> = (0..roots.len()).filter(|l| *l < LOOKED_AT[0] || l % LOOKED_AT[1] == 0).collect();
+        let some: Vec<usize> = (0..roots.len()).filter(|l| *l < looked_at[0] || l % looked_at[1] == 0).collect();
         let (of, under): (Vec<C>, Vec<Vec<C>>) = some.iter().map(|&l| (roots[l], forces[l].clone())).unzip();
         for (&l, error) in some.iter().zip(self.lifted(bodies, &scaled, &of, &under).errors) {
             if !(error <= errors[l]) {

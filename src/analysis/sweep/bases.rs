@@ -14,7 +14,7 @@ use std::rc::Rc;
 
 /// Points of a model to each of its base points, and base points of a model at the most.
 const EACH: usize = 32;
-const MOST: usize = 24;
+const MOST: usize = 16;
 
 /// A base point as this rank has computed it.
 pub(super) struct BasePoint {
@@ -91,5 +91,23 @@ impl Bases {
         let made = Rc::new(compute()?);
         self.computed.borrow_mut().insert(number, made.clone());
         Ok(made)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Points begin from the nearest base point, whichever rank asks; a few points have one.
+    #[test]
+    fn points_begin_from_the_nearest_base_point() {
+        let scaled = (0..80).map(|i| vec![f64::from(i), 1.0]).collect();
+        let bases = Bases { continues: true, scaled, computed: RefCell::default() };
+        let members: Vec<usize> = (0..80).collect();
+        let of: Vec<usize> = [0, 19, 21, 40, 79].iter().map(|&i| bases.of(&members, i)).collect();
+        assert_eq!(of, [0, 0, 40, 40, 40]);
+        assert_eq!(bases.of(&members[30..50], 45), 30);
+        let whole = Bases { continues: false, ..bases };
+        assert_eq!(whole.of(&members, 79), 0);
     }
 }
