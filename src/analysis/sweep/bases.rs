@@ -71,7 +71,7 @@ impl Bases {
 
     /// Base point of the point `i` among the `members` of a model: the nearest of some that are spread evenly over
     /// them.
-    pub fn of(&self, members: &[usize], i: usize) -> usize {
+    pub fn nearest(&self, members: &[usize], i: usize) -> usize {
         let count = if self.continues { (members.len() / EACH).clamp(1, MOST) } else { 1 };
         let far = |b: usize| -> f64 { self.scaled[b].iter().zip(&self.scaled[i]).map(|(a, b)| (a - b).powi(2)).sum() };
         let bases = (0..count).filter_map(|k| members.get(k * members.len() / count).copied());
@@ -104,10 +104,10 @@ mod tests {
         let scaled = (0..80).map(|i| vec![f64::from(i), 1.0]).collect();
         let bases = Bases { continues: true, scaled, computed: RefCell::default() };
         let members: Vec<usize> = (0..80).collect();
-        let of: Vec<usize> = [0, 19, 21, 40, 79].iter().map(|&i| bases.of(&members, i)).collect();
+        let of: Vec<usize> = [0, 19, 21, 40, 79].iter().map(|&i| bases.nearest(&members, i)).collect();
         assert_eq!(of, [0, 0, 40, 40, 40]);
-        assert_eq!(bases.of(&members[30..50], 45), 30);
+        assert_eq!(bases.nearest(&members[30..50], 45), 30);
         let whole = Bases { continues: false, ..bases };
-        assert_eq!(whole.of(&members, 79), 0);
+        assert_eq!(whole.nearest(&members, 79), 0);
     }
 }

@@ -24,7 +24,7 @@ use crate::case::wheel_rail_geometry;
 use crate::contact::points::{interface as of_points, reactions};
 use crate::job::{fe_inputs, range, Job, SweepPlan};
 use crate::model::SharedModel;
-use crate::output::datasets::sweep::{tables, Outcome, Search};
+use crate::output::datasets::sweep::{tables, EigenvalueSearch, Outcome};
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
@@ -370,6 +370,6 @@ fn outcome_of(contact: &crate::job::Contact, found: &StabilityResult) -> Outcome
         force,
         approach: state.map_or(f64::NAN, |s| s.patches[0].approach),
         followed: Vec::new(),
-        search: Search::Whole,
+        search: EigenvalueSearch::Whole,
     }
 }

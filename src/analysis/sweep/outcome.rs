@@ -1,7 +1,7 @@
 //! Results of the points of a sweep: transfer to rank 0 and summary.
 
 use crate::job::SweepPlan;
-use crate::output::datasets::sweep::{Followed, Outcome, Search};
+use crate::output::datasets::sweep::{EigenvalueSearch, Followed, Outcome};
 use crate::stability::oscillates;
 use crate::summary::Summary;
 use crate::{Error, Result};
@@ -17,7 +17,8 @@ pub(super) struct Packed {
 /// Numbers of an outcome before its eigenvalues.
 const HEAD: usize = 14;
 /// The ways of a search, by their numbers.
-const SEARCHES: [Search; 3] = [Search::Whole, Search::Continued, Search::FellBack];
+const SEARCHES: [EigenvalueSearch; 3] =
+    [EigenvalueSearch::Whole, EigenvalueSearch::Continued, EigenvalueSearch::FellBack];
 /// Numbers of a mode that is followed.
 const FOLLOWED: usize = 4;
 

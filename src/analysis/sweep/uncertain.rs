@@ -8,7 +8,7 @@ use crate::case::stability_problem::StabilityResult;
 use crate::contact::LinearContact;
 use crate::job::{Job, SweepPlan, Uncertainty};
 use crate::model::{CoupledModel, SharedModel};
-use crate::output::datasets::sweep::{Followed, Outcome, Search};
+use crate::output::datasets::sweep::{EigenvalueSearch, Followed, Outcome};
 use crate::output::datasets::uncertainty::{tables, ModeOf, Study as Report};
 use crate::output::Table;
 use crate::parallel::World;
@@ -116,7 +116,7 @@ impl<'a> Study<'a> {
         (points, members): (&[Option<Job>], &[usize]),
         i: usize,
     ) -> Result<Outcome> {
-        let number = self.bases.of(members, i);
+        let number = self.bases.nearest(members, i);
         let base = self.bases.get(number, || {
             State::default().restore();
             model.renew();
@@ -133,13 +133,13 @@ impl<'a> Study<'a> {
         base.state.restore();
         if let Some(known) = &base.known {
             if let Some(outcome) = self.at((&mut *model, point), &base, Some(known))? {
-                return Ok(Outcome { search: Search::Continued, ..outcome });
+                return Ok(Outcome { search: EigenvalueSearch::Continued, ..outcome });
             }
             base.state.restore();
         }
         let missing = || Error::Defect("a whole search has no answer".into());
         let outcome = self.at((model, point), &base, None)?.ok_or_else(missing)?;
-        let search = if base.known.is_some() { Search::FellBack } else { Search::Whole };
+        let search = if base.known.is_some() { EigenvalueSearch::FellBack } else { EigenvalueSearch::Whole };
         Ok(Outcome { search, ..outcome })
     }
 
@@ -398,8 +398,8 @@ fn say(
         failed.len()
     ));
     summary.line(sentence(report));
-    let by = |search: Search| all.iter().filter(|o| o.search == search).count();
-    let [continued, fell_back] = [Search::Continued, Search::FellBack].map(by);
+    let by = |search: EigenvalueSearch| all.iter().filter(|o| o.search == search).count();
+    let [continued, fell_back] = [EigenvalueSearch::Continued, EigenvalueSearch::FellBack].map(by);
     if continued + fell_back > 0 {
         let text = format!(
             "{continued} points continued from {} base points, {fell_back} searched for since they could not be",

@@ -20,7 +20,7 @@ pub struct Followed {
 
 /// How the eigenvalues of a point were found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Search {
+pub enum EigenvalueSearch {
     /// All of them were searched for.
     Whole,
     /// They were continued from those of another point.
@@ -53,7 +53,7 @@ pub struct Outcome {
     /// Modes that are followed from the job's own point, where they are.
     pub followed: Vec<Followed>,
     /// How the eigenvalues were found.
-    pub search: Search,
+    pub search: EigenvalueSearch,
 }
 
 impl Outcome {
@@ -70,7 +70,7 @@ impl Outcome {
             force: [f64::NAN; 3],
             approach: f64::NAN,
             followed: Vec::new(),
-            search: Search::Whole,
+            search: EigenvalueSearch::Whole,
         }
     }
 

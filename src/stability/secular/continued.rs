@@ -3,8 +3,9 @@
 //! Those near the axis are the roots that Newton's method finds from the known ones on det(1 − KG) P with all others
 //! divided out where they were; the others stay where they were. That no unstable one is missing is counted along the
 //! imaginary axis, at the frequencies of the others: with the continued roots exact and the others near theirs, what is
-//! left of the determinant has no zeros in the right half-plane but those that are missing. Where one root does not settle, goes far, or meets
-//! another one, or the count is not certain, there is no answer, and the spectrum has to be searched for as a whole.
+//! left of the determinant has no zeros in the right half-plane but those that are missing. Where one root does not
+//! settle, goes far, or meets another one, or the count is not certain, there is no answer, and the spectrum has to be
+//! searched for as a whole.
 
 use super::{Last, Secular, C, CONTINUED, FAR, LAST};
 use crate::contact::LinearContact;

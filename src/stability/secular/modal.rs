@@ -189,7 +189,7 @@ struct OnContact {
     shapes: Rc<Mat<f64>>,
     /// The functions, `[3n, r]`.
     functions: Mat<f64>,
-    /// Of each body and row the squares of the norms of the modes and of what is left of them without the functions.
+    /// Squares of the norms of the modes, and of what is left of them without the functions, of each body and row.
     squares: [Vec<[f64; 2]>; 2],
 }
 

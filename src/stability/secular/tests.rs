@@ -342,7 +342,7 @@ fn continued_eigenvalues_are_those_of_the_dense_pencil() {
     assert!(growing > 0, "nothing grows");
 }
 
-/// What begins from one state depends on it alone, to the last bit.
+/// Eigenvalues that begin from one state depend on it alone, to the last bit.
 #[test]
 fn continued_eigenvalues_do_not_depend_on_those_before() {
     let s = interface();
@@ -367,7 +367,7 @@ fn growth_that_is_not_tracked_is_noticed() {
     let (state, known) = begun(&s, &pair);
     let growing = known.tracked.iter().position(|v| v.re > 0.0).expect("one that grows");
     let contact = contact(&s, &pair, FrictionLaw::Constant(0.31), 0.01);
-    let mut found = |of: &dyn Fn(C) -> C| {
+    let found = |of: &dyn Fn(C) -> C| {
         state.restore();
         let mut other = known.clone();
         let root = other.tracked.remove(growing);
