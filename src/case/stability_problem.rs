@@ -3,7 +3,7 @@
 use super::interface::{at_rest, given_forces, steady_sliding};
 use super::well_posed;
 use crate::contact::points::linearised;
-use crate::contact::LinearContact;
+use crate::contact::{LinearContact, SteadySolution};
 use crate::friction::FrictionLaw;
 use crate::grid::Interface;
 use crate::job::{self, Direction, Job, StabilityState};
@@ -19,6 +19,9 @@ pub(crate) struct StabilityResult {
     pub(crate) contact: LinearContact,
     pub(crate) spectrum: Spectrum,
 }
+
+/// A state of rest: none where the forces of points are given; linearised; and its solution where it rolls.
+type StateOfRest = (Option<Equilibrium>, LinearContact, Option<SteadySolution>);
 
 /// Stability problem, on rank 0.
 #[derive(Clone, Copy)]
@@ -43,12 +46,21 @@ impl StabilityProblem<'_> {
     }
 
     fn with(&self, spectrum: StabilityRequest) -> Result<StabilityResult> {
-        let friction = &self.contact.friction;
-        let (state, contact) = self.at_rest()?;
-        well_posed::refuse_short(friction, |law| self.sharpness(law))?;
-        let pair = self.model.1;
-        let spectrum = spectrum(self.stability, pair, &contact)?;
-        Ok(StabilityResult { state, contact, spectrum })
+        let request = |contact: &LinearContact| spectrum(self.stability, self.model.1, contact);
+        self.begun_with(None, request).map(|(found, _)| found)
+    }
+
+    /// The state, for which rolling begins with the solution `start`, and what `spectrum` says of it; and the solution
+    /// where it rolls.
+    pub(crate) fn begun_with(
+        &self,
+        start: Option<&SteadySolution>,
+        spectrum: impl FnOnce(&LinearContact) -> Result<Spectrum>,
+    ) -> Result<(StabilityResult, Option<SteadySolution>)> {
+        let (state, contact, rolling) = self.at_rest_from(start)?;
+        well_posed::refuse_short(&self.contact.friction, |law| self.sharpness(law))?;
+        let spectrum = spectrum(&contact)?;
+        Ok((StabilityResult { state, contact, spectrum }, rolling))
     }
 
     /// How near a memory is to being too short for the contact with the friction `law`.
@@ -59,27 +71,32 @@ impl StabilityProblem<'_> {
 
     /// The state, and its linearisation.
     pub(crate) fn at_rest(&self) -> Result<(Option<Equilibrium>, LinearContact)> {
+        self.at_rest_from(None).map(|(state, contact, _)| (state, contact))
+    }
+
+    /// The same, beginning with the solution `start` of another state on this interface.
+    fn at_rest_from(&self, start: Option<&SteadySolution>) -> Result<StateOfRest> {
         let contact = self.contact;
         if let Some(points) = given_forces(contact) {
-            return Ok((None, linearised(&points, &contact.friction)));
+            return Ok((None, linearised(&points, &contact.friction), None));
         }
         // Points slide as they are told to: nothing is deformed upstream of them.
         let (state, direction) = match self.model.0.are_points() {
             true => (StabilityState::Sliding, Direction::Rigid),
             false => (self.stability.state(), self.stability.direction),
         };
-        let (state, linear): (Equilibrium, LinearContact) = match state {
+        let (state, linear, rolling): (Equilibrium, LinearContact, _) = match state {
             StabilityState::Sliding => {
                 let problem = steady_sliding(self.model, contact, direction)?;
                 let found = problem.solve()?;
                 let linear = problem.contact(&found);
-                (found.into(), linear)
+                (found.into(), linear, None)
             }
             StabilityState::Steady => {
                 let problem = at_rest(self.model, contact, self.job.analyses.steady.as_ref());
-                let found = problem.solve()?;
+                let found = problem.solve_from(start)?;
                 let linear = problem.contact(&found);
-                (found.into(), linear)
+                (found.clone().into(), linear, Some(found))
             }
         };
         if state.closed() == 0 {
@@ -88,6 +105,6 @@ impl StabilityProblem<'_> {
                     .into(),
             ));
         }
-        Ok((Some(state), linear))
+        Ok((Some(state), linear, rolling))
     }
 }

@@ -162,7 +162,7 @@ impl<'a> SteadyProblem<'a> {
     }
 
     /// Solves the problem, starting from the solution of a similar one on the same interface if there is one.
-    pub(super) fn solve_from(&self, start: Option<&SteadySolution>) -> Result<SteadySolution> {
+    pub fn solve_from(&self, start: Option<&SteadySolution>) -> Result<SteadySolution> {
         let pressed = start.filter(|r| r.pressure.iter().any(|&p| p > 0.0));
         let start = pressed.map(|r| Start { stress: r.stresses(), motions: r.motions.clone(), friction: None });
         self.solve_with(start, &mut None)

@@ -57,6 +57,7 @@ pub fn grows(value: Complex<f64>, backward_error: f64) -> bool {
 }
 
 /// Eigenvalues about steady sliding.
+#[derive(Default)]
 pub struct Spectrum {
     /// One of each conjugate pair, by falling growth rate, up to the frequency limit and the damping ratio; and all
     /// that grow.
@@ -80,6 +81,23 @@ pub fn spectrum(stability: &job::Stability, pair: &CoupledModel, contact: &Linea
 /// motions.
 pub fn eigenvalues(stability: &job::Stability, pair: &CoupledModel, contact: &LinearContact) -> Result<Spectrum> {
     by(secular::eigenvalues, stability, pair, contact)
+}
+
+/// The same as [`spectrum`] of the eigenvalues that are tracked from a known one, which hold all that grow; none where
+/// that is not certain.
+pub fn continued(
+    stability: &job::Stability,
+    pair: &CoupledModel,
+    contact: &LinearContact,
+    known: &secular::KnownSpectrum,
+) -> Result<Option<Spectrum>> {
+    let limit = limit(stability, pair)?;
+    let Some(pairs) = secular::continued(pair, contact, known, [stability.damping_ratio, stability.tolerance])? else {
+        return Ok(None);
+    };
+    let all = pairs.iter().map(|p| p.value).collect();
+    let eigenpairs = kept(stability, pairs, limit);
+    Ok(Some(Spectrum { eigenpairs, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() }))
 }
 
 /// The spectrum, of many modes as `few` gives it.

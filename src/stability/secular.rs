@@ -33,12 +33,15 @@ use std::f64::consts::{FRAC_PI_2, PI};
 use std::rc::Rc;
 use terms::Charges;
 
+mod continued;
 mod errors;
 mod following;
 mod interpolated;
 mod modal;
 mod small;
 mod terms;
+
+pub use continued::{continued, KnownSpectrum};
 
 type C = Complex<f64>;
 
@@ -82,6 +85,8 @@ const ABOVE: [f64; 2] = [4.0, 16.0];
 const NEAR: f64 = 1e-6;
 /// Eigenvalues whose motions are looked at where they are not asked for: so many first ones, and each of so many.
 const LOOKED_AT: [usize; 2] = [16, 48];
+/// The same of continued ones, which all come from eigenvalues that were looked at.
+const CONTINUED: [usize; 2] = [3, 48];
 /// Phase that is 0 or π.
 const EVEN: f64 = 0.05;
 
@@ -96,6 +101,8 @@ struct Last {
     contact: Vec<C>,
     /// How it had changed.
     change: Vec<C>,
+    /// Relaxations of the contact that are as little damped as what is listed.
+    relaxations: Vec<C>,
 }
 
 thread_local! {
@@ -213,6 +220,16 @@ impl Condensed {
 impl Secular {
     /// None where the problem is not for this method.
     fn new(bodies: &CoupledModel, contact: &LinearContact, ratio: f64) -> Result<Option<Self>> {
+        Self::with_relaxations(bodies, contact, ratio, None)
+    }
+
+    /// The same with `relaxations` that are near those of this contact, where they are `known`.
+    fn with_relaxations(
+        bodies: &CoupledModel,
+        contact: &LinearContact,
+        ratio: f64,
+        known: Option<&[C]>,
+    ) -> Result<Option<Self>> {
         if !(ratio <= LISTED) || contact.nodes.is_empty() {
             return Ok(None);
         }
@@ -224,7 +241,8 @@ impl Secular {
         let view = View { modes: shapes.as_ref(), residual: bodies.residual.as_ref() };
         let rows = contact_rows(view, contact)?;
         let contact = Condensed::new(rows, modes.seen, rate);
-        let Some(relaxations) = contact.relaxations(rate, angle) else { return Ok(None) };
+        let computed = || contact.relaxations(rate, angle);
+        let Some(relaxations) = known.map(<[C]>::to_vec).or_else(computed) else { return Ok(None) };
         if relaxations.iter().any(|z| z.im <= REAL * z.norm()) {
             return Ok(None);
         }
@@ -319,7 +337,8 @@ impl Secular {
             before = roots.iter().map(|v| nearest(v).unwrap_or(*v)).collect();
             change = now.iter().zip(&last.contact).map(|(a, b)| a - b).collect();
         }
-        LAST.set(Last { poles: self.modes.poles.clone(), roots: roots.to_vec(), before, contact: now, change });
+        let (poles, roots, relaxations) = (self.modes.poles.clone(), roots.to_vec(), self.relaxations.clone());
+        LAST.set(Last { poles, roots, before, contact: now, change, relaxations });
     }
 
     /// The roots `known` and those that `starts` lead to; and where those are that have not come to rest.
@@ -406,24 +425,41 @@ impl Secular {
         lambda.im.atan2(lambda.re) - self.angle
     }
 
-    /// The logarithm of det(1 − KG) with `poles` and `roots` divided out, at λ.
-    fn rest(&self, roots: &[C], poles: &[C], lambda: C) -> C {
+    /// The logarithm of det(1 − KG) with `poles` and `roots` divided out, at each of `values`.
+    fn rest(&self, roots: &[C], poles: &[C], values: &[C]) -> Vec<C> {
         let r = self.modes.seen;
-        let g = self.modes.compliance(&[lambda]);
-        let k = self.contact.stiffness(lambda);
-        let k: Vec<C> = (0..r * r).map(|i| k[(i % r, i / r)]).collect();
-        let all = |of: &[C]| of.iter().map(|v| (lambda - v).ln() + (lambda - v.conj()).ln()).sum::<C>();
+        let compliances = self.modes.compliance(values);
+        // The polynomials are good to many more digits here than a phase needs.
+        let (near, far): (Vec<C>, Vec<C>) = values.iter().partition(|v| self.along.holds(**v));
+        let polynomials = self.along.stiffness(&near);
+        let mut polynomials = polynomials.chunks_exact(r * r).map(<[C]>::to_vec);
+        let mut exact = far.iter().map(|v| {
+            let k = self.contact.stiffness(*v);
+            (0..r * r).map(|i| k[(i % r, i / r)]).collect::<Vec<C>>()
+        });
         // det(KG − 1) has the sign of det(1 − KG) where r is even.
         let sign = C::new(0.0, PI * (r % 2) as f64);
-        sign + Lu::new(self.matrix(&k, &g), r).log_determinant() + all(poles) - all(roots)
+        let of = |(lambda, g): (&C, &[C])| {
+            let k = if self.along.holds(*lambda) { polynomials.next() } else { exact.next() };
+            let all = |of: &[C]| of.iter().map(|v| (lambda - v).ln() + (lambda - v.conj()).ln()).sum::<C>();
+            let k = k.unwrap_or_default();
+            sign + Lu::new(self.matrix(&k, g), r).log_determinant() + all(poles) - all(roots)
+        };
+        values.iter().zip(compliances.chunks_exact(r * r)).map(of).collect()
     }
 
     /// How many eigenvalues within the ray, both of each conjugate pair, are missing in `roots`; none where the count
     /// is not certain.
     fn missing(&self, roots: &[C]) -> Option<i64> {
+        self.missing_by(roots, &[])
+    }
+
+    /// The same by the phase at the logarithms `among` of frequencies as well, ascending.
+    fn missing_by(&self, roots: &[C], among: &[f64]) -> Option<i64> {
         let [poles, roots] = self.balanced(roots);
         let [low, high] = self.modes.range().map(f64::ln);
-        let at = |u: f64| self.rest(&roots, &poles, C::from_polar(u.exp(), self.angle));
+        let on_ray = |u: f64| C::from_polar(u.exp(), self.angle);
+        let at = |u: f64| self.rest(&roots, &poles, &[on_ray(u)])[0];
         let even = |v: C| (v.im / PI - (v.im / PI).round()).abs() * PI < EVEN;
         let one = |v: C| wrapped(v.im).abs() < EVEN && v.re.abs() < EVEN;
         // Down to where it is real and up to where it is 1.
@@ -436,7 +472,10 @@ impl Secular {
             }
             points.insert(0, (u, at(u)));
         }
-        u = low;
+        let among: Vec<f64> = among.iter().copied().filter(|u| *u > low && *u < high).collect();
+        let values: Vec<C> = among.iter().map(|u| on_ray(*u)).collect();
+        points.extend(among.iter().copied().zip(self.rest(&roots, &poles, &values)));
+        u = among.last().copied().unwrap_or(low);
         while u < high + ABOVE[0] || !points.last().is_some_and(|p| one(p.1)) {
             u += STEP;
             if u > high + ABOVE[1] {
@@ -462,20 +501,8 @@ impl Secular {
 
     /// The eigenvalues `roots` with their backward errors alone; none where one has more than `tolerance`.
     fn values(&self, bodies: &CoupledModel, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
-        let rows = &self.contact.rows;
-        let scaled = Scaled::new(&self.modes, rows);
         let (forces, seen) = self.forces(roots);
-        let own = self.contact.following.back(&self.along.follow(roots, &seen));
-        let squares = self.modes.least(roots, &forces);
-        let x = Vectors { values: roots, seen: &seen, own: &own, squares: &squares };
-        let mut errors = scaled.errors(rows, &x, &forces);
-        let some: Vec<usize> = (0..roots.len()).filter(|l| *l < LOOKED_AT[0] || l % LOOKED_AT[1] == 0).collect();
-        let (of, under): (Vec<C>, Vec<Vec<C>>) = some.iter().map(|&l| (roots[l], forces[l].clone())).unzip();
-        for (&l, error) in some.iter().zip(self.lifted(bodies, &scaled, &of, &under).errors) {
-            if !(error <= errors[l]) {
-                errors[l] = error;
-            }
-        }
+        let errors = self.errors(bodies, roots, (&forces, &seen), LOOKED_AT);
         let pair = |(&value, backward_error): (&C, f64)| Eigenpair {
             value,
             modal: Vec::new(),
@@ -484,6 +511,30 @@ impl Secular {
         };
         let good = errors.iter().all(|e| *e <= tolerance);
         good.then(|| roots.iter().zip(errors).map(pair).collect())
+    }
+
+    /// Backward errors of `roots` with these forces on the functions and motions of them, as [`eigenvalues`] has them.
+    fn errors(
+        &self,
+        bodies: &CoupledModel,
+        roots: &[C],
+        (forces, seen): (&[Vec<C>], &Mat<C>),
+        looked_at: [usize; 2],
+    ) -> Vec<f64> {
+        let rows = &self.contact.rows;
+        let scaled = Scaled::new(&self.modes, rows);
+        let own = self.contact.following.back(&self.along.follow(roots, seen));
+        let squares = self.modes.least(roots, forces);
+        let x = Vectors { values: roots, seen, own: &own, squares: &squares };
+        let mut errors = scaled.errors(rows, &x, forces);
+        let some: Vec<usize> = (0..roots.len()).filter(|l| *l < looked_at[0] || l % looked_at[1] == 0).collect();
+        let (of, under): (Vec<C>, Vec<Vec<C>>) = some.iter().map(|&l| (roots[l], forces[l].clone())).unzip();
+        for (&l, error) in some.iter().zip(self.lifted(bodies, &scaled, &of, &under).errors) {
+            if !(error <= errors[l]) {
+                errors[l] = error;
+            }
+        }
+        errors
     }
 
     /// The motions of the modes under the forces on the functions of each of `roots`.

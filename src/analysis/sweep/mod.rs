@@ -2,6 +2,7 @@
 //! give is made once for all points that share it, by all ranks together; the points themselves are solved by one
 //! rank each.
 
+mod bases;
 mod cycles;
 mod kept;
 mod outcome;
@@ -23,7 +24,7 @@ use crate::case::wheel_rail_geometry;
 use crate::contact::points::{interface as of_points, reactions};
 use crate::job::{fe_inputs, range, ContactPlaces, Job, SweepPlan};
 use crate::model::SharedModel;
-use crate::output::datasets::sweep::{tables, Outcome};
+use crate::output::datasets::sweep::{tables, EigenvalueSearch, Outcome};
 use crate::output::Table;
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
@@ -65,7 +66,7 @@ const BLOCK: usize = 16;
 /// as the failure of the run.
 pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Option<&Error>) -> Result<()> {
     let (world, job) = (run.world(), run.job);
-    let study = Study::new(world, job, (base.as_ref(), own))?;
+    let study = Study::new(world, (job, plan), (base.as_ref(), own))?;
     let mut kept = match &study {
         Some(study) => Some(world.on_root(|| KeptPoints::open(&run.options.output, study.identity()))?),
         None => None,
@@ -96,6 +97,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     // cycles are shared model by model.
     let together = if followed.is_some() { 1 } else { world.size };
     for (round, batch) in groups.chunks(together).enumerate() {
+        study.iter().for_each(Study::forget);
         let planned: Vec<(usize, usize)> = batch
             .iter()
             .enumerate()
@@ -329,15 +331,15 @@ fn stopped(is_kept: bool, output: &std::path::Path) -> String {
 
 /// Stability at one point, on this rank alone.
 fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
-    solve_with(model, point, |e: &StabilityProblem| e.eigenvalues()).map(|(outcome, _)| outcome)
+    with_problem(model, point, |problem| Ok(outcome_of(problem.contact, &problem.eigenvalues()?)))
 }
 
-/// The same with what was found.
-fn solve_with(
+/// Result of `examine` for the stability problem of a point, on this rank alone.
+fn with_problem<T>(
     model: &mut SharedModel,
     point: &Job,
-    examine: impl Fn(&StabilityProblem) -> Result<StabilityResult>,
-) -> Result<(Outcome, StabilityResult)> {
+    examine: impl FnOnce(&StabilityProblem) -> Result<T>,
+) -> Result<T> {
     let (Some(wanted), Some(contact)) = (&point.analyses.stability, &point.contact) else {
         return Err(Error::Defect("a point of a sweep without contact or stability".into()));
     };
@@ -348,7 +350,11 @@ fn solve_with(
         None => model.interface.clone(),
     };
     let model = (&interface, model.pair(point)?);
-    let found = examine(&StabilityProblem { job: point, stability: wanted, contact, model })?;
+    examine(&StabilityProblem { job: point, stability: wanted, contact, model })
+}
+
+/// The outcome of a point with this contact.
+fn outcome_of(contact: &crate::job::Contact, found: &StabilityResult) -> Outcome {
     let (spectrum, linear) = (&found.spectrum, &found.contact);
     let state = found.state.as_ref();
     let force = match (state, given_forces(contact)) {
@@ -360,7 +366,7 @@ fn solve_with(
         }
         (None, None) => [0.0; 3],
     };
-    let outcome = Outcome {
+    Outcome {
         status: 0,
         message: String::new(),
         eigenvalues: spectrum.eigenpairs.iter().map(|p| p.value).collect(),
@@ -371,6 +377,6 @@ fn solve_with(
         force,
         approach: state.map_or(f64::NAN, |s| s.patches[0].approach),
         followed: Vec::new(),
-    };
-    Ok((outcome, found))
+        search: EigenvalueSearch::Whole,
+    }
 }

@@ -1,7 +1,7 @@
 //! Results of the points of a sweep: transfer to rank 0 and summary.
 
 use crate::job::SweepPlan;
-use crate::output::datasets::sweep::{Followed, Outcome};
+use crate::output::datasets::sweep::{EigenvalueSearch, Followed, Outcome};
 use crate::stability::oscillates;
 use crate::summary::Summary;
 use crate::{Error, Result};
@@ -15,7 +15,10 @@ pub(super) struct Packed {
 }
 
 /// Numbers of an outcome before its eigenvalues.
-const HEAD: usize = 13;
+const HEAD: usize = 14;
+/// The ways of a search, by their numbers.
+const SEARCHES: [EigenvalueSearch; 3] =
+    [EigenvalueSearch::Whole, EigenvalueSearch::Continued, EigenvalueSearch::FellBack];
 /// Numbers of a mode that is followed.
 const FOLLOWED: usize = 4;
 
@@ -25,7 +28,8 @@ impl Packed {
         let counts = [index, o.status as usize, o.closed, o.reversed, o.message.len(), o.eigenvalues.len(), o.sticking];
         self.numbers.extend(counts.map(|n| n as f64));
         self.numbers.extend(o.force);
-        self.numbers.extend([o.approach, o.backward_error, o.followed.len() as f64]);
+        let search = SEARCHES.iter().position(|s| *s == o.search).unwrap_or(0);
+        self.numbers.extend([o.approach, o.backward_error, o.followed.len() as f64, search as f64]);
         self.numbers.extend(o.eigenvalues.iter().flat_map(|l| [l.re, l.im]));
         let mode = |f: &Followed| f.mode.map_or(-1.0, |m| m as f64);
         self.numbers.extend(o.followed.iter().flat_map(|f| [mode(f), f.value.re, f.value.im, f.agreement]));
@@ -61,6 +65,7 @@ impl Packed {
                         agreement: f[3],
                     })
                     .collect(),
+                search: *SEARCHES.get(count(13)).ok_or_else(torn)?,
             });
         }
         Ok(())

@@ -1,25 +1,25 @@
 //! The points of `analyses.uncertainty`: modes followed from the job's own point by their shapes, and what the samples
 //! say of them.
 
-use super::{goes_on, point_of, solve_with, Base};
+use super::bases::{BasePoint, Bases};
+use super::{goes_on, outcome_of, point_of, with_problem, Base};
 use crate::analysis::stability::mode_name;
-use crate::case::stability_problem::{StabilityProblem, StabilityResult};
+use crate::case::stability_problem::StabilityResult;
+use crate::contact::LinearContact;
 use crate::job::{Job, SweepPlan, Uncertainty};
 use crate::model::{CoupledModel, SharedModel};
-use crate::output::datasets::sweep::{Followed, Outcome};
+use crate::output::datasets::sweep::{EigenvalueSearch, Followed, Outcome};
 use crate::output::datasets::uncertainty::{tables, ModeOf, Study as Report};
 use crate::output::Table;
 use crate::parallel::World;
 use crate::random::indices::indices;
 use crate::random::interval::{quantile, share};
 use crate::stability::reduced::{shares, Eigenpair};
-use crate::stability::secular::State;
-use crate::stability::{grows, is_rigid};
+use crate::stability::secular::{KnownSpectrum, State};
+use crate::stability::{continued, grows, is_rigid, spectrum, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
 use num_complex::Complex;
-use std::cell::RefCell;
-use std::collections::HashMap;
 use std::f64::consts::PI;
 
 type C = Complex<f64>;
@@ -30,6 +30,8 @@ const FOLLOWED: usize = 100;
 const NEAR: f64 = 0.2;
 /// Modal assurance criterion from which on a motion is a mode that is followed.
 const ALIKE: f64 = 0.5;
+/// Modal assurance criterion below which a motion of a base point becomes no mode that is followed.
+const UNLIKE: f64 = 0.2;
 /// Modes that are told of at least, where fewer are unstable in samples.
 const TOLD: usize = 3;
 /// Probabilities of the quantiles of growth rates.
@@ -51,15 +53,15 @@ pub(super) struct Study<'a> {
     references: Vec<Reference>,
     /// Free modes of the lower body.
     lower: usize,
-    /// States of the first point of each model, where the others begin.
-    begun: RefCell<HashMap<usize, State>>,
+    /// Points from which the others begin.
+    bases: Bases,
 }
 
 impl<'a> Study<'a> {
     /// Collective: the study of `job`, if it has one, with the modes of its own point.
     pub(super) fn new(
         world: &World,
-        job: &'a Job,
+        (job, plan): (&'a Job, &SweepPlan),
         (base, own): (Option<&Base<'_, '_>>, Option<&Error>),
     ) -> Result<Option<Self>> {
         let Some(wanted) = &job.analyses.uncertainty else { return Ok(None) };
@@ -90,48 +92,121 @@ impl<'a> Study<'a> {
                 })
                 .collect(),
         };
-        Ok(Some(Self { wanted, references, lower, begun: RefCell::default() }))
+        let bases = Bases::new(plan, wanted.follow);
+        Ok(Some(Self { wanted, references, lower, bases }))
     }
 
     /// Inputs of the samples beside their jobs.
     pub(super) fn identity(&self) -> Vec<u8> {
         let all = self.references.iter().flat_map(|r| [r.value].into_iter().chain(r.modal.iter().copied()));
-        all.flat_map(|z| [z.re.to_le_bytes(), z.im.to_le_bytes()].concat()).collect()
+        let all = all.flat_map(|z| [z.re.to_le_bytes(), z.im.to_le_bytes()].concat());
+        all.chain(self.bases.identity()).collect()
     }
 
-    /// The point `i` among the `members` that share a `model`. Every one begins from what the first of them left, so
-    /// that it does not depend on which points this rank has computed before.
+    /// Frees the base points of models that are no longer needed.
+    pub(super) fn forget(&self) {
+        self.bases.forget();
+    }
+
+    /// The point `i` among the `members` that share a `model`. Every one begins from a base point of these, so that it
+    /// does not depend on which points this rank has computed before.
     pub(super) fn solve(
         &self,
         model: &mut SharedModel,
         (points, members): (&[Option<Job>], &[usize]),
         i: usize,
     ) -> Result<Outcome> {
-        let first = members.first().copied().unwrap_or(i);
-        let begun = self.begun.borrow().get(&first).cloned();
-        match begun {
-            Some(state) => state.restore(),
-            None => {
-                State::default().restore();
-                model.renew();
-                let solved = point_of(points, first).and_then(|point| self.at(model, point));
-                self.begun.borrow_mut().insert(first, State::present());
-                match solved {
-                    solved if first == i => return solved,
-                    Err(e) if !goes_on(&e) => return Err(e),
-                    _ => {}
-                }
+        let number = self.bases.nearest(members, i);
+        let base = self.bases.get(number, || {
+            State::default().restore();
+            model.renew();
+            match point_of(points, number).and_then(|point| self.base(model, point)) {
+                Err(e) if !goes_on(&e) => Err(e),
+                Err(e) => Ok(BasePoint::failed(e)),
+                Ok(base) => Ok(base),
             }
+        })?;
+        if number == i {
+            return base.outcome.clone();
         }
-        self.at(model, point_of(points, i)?)
+        let point = point_of(points, i)?;
+        base.state.restore();
+        if let Some(known) = &base.known {
+            if let Some(outcome) = self.at((&mut *model, point), &base, Some(known))? {
+                return Ok(Outcome { search: EigenvalueSearch::Continued, ..outcome });
+            }
+            base.state.restore();
+        }
+        let missing = || Error::Defect("a whole search has no answer".into());
+        let outcome = self.at((model, point), &base, None)?.ok_or_else(missing)?;
+        let search = if base.known.is_some() { EigenvalueSearch::FellBack } else { EigenvalueSearch::Whole };
+        Ok(Outcome { search, ..outcome })
     }
 
-    fn at(&self, model: &mut SharedModel, point: &Job) -> Result<Outcome> {
-        let (mut outcome, found) = solve_with(model, point, |e: &StabilityProblem| e.analyse())?;
-        outcome.followed = self.followed(&found, model.lower_modes());
-        // The rest of some hundred eigenvalues is no longer needed.
-        outcome.eigenvalues.truncate(outcome.unstable().max(1));
-        Ok(outcome)
+    /// A base point, whose eigenvalues are searched for from nothing.
+    fn base(&self, model: &mut SharedModel, point: &Job) -> Result<BasePoint> {
+        let lower = model.lower_modes();
+        let (outcome, found, rolling) = with_problem(model, point, |problem| {
+            let of = |linear: &LinearContact| spectrum(problem.stability, problem.model.1, linear);
+            let (found, rolling) = problem.begun_with(None, of)?;
+            Ok((outcome_of(problem.contact, &found), found, rolling))
+        })?;
+        let tracked = || KnownSpectrum::of_last(&self.tracked(&found, lower));
+        let known = if self.bases.continues() { tracked() } else { None };
+        let outcome = Ok(reduced(outcome, self.followed(&found, lower)));
+        Ok(BasePoint { outcome, state: State::present(), known, rolling })
+    }
+
+    /// A point by its base, its eigenvalues continued from those that are `known`, or searched for as a whole; none
+    /// where they could not be continued.
+    fn at(
+        &self,
+        (model, point): (&mut SharedModel, &Job),
+        base: &BasePoint,
+        known: Option<&KnownSpectrum>,
+    ) -> Result<Option<Outcome>> {
+        let lower = model.lower_modes();
+        let mut continues = true;
+        let (outcome, found) = with_problem(model, point, |problem| {
+            let (stability, pair) = (problem.stability, problem.model.1);
+            let (found, _) = problem.begun_with(base.rolling.as_ref(), |linear| match known {
+                None => spectrum(stability, pair, linear),
+                Some(known) => Ok(continued(stability, pair, linear, known)?.unwrap_or_else(|| {
+                    continues = false;
+                    Spectrum::default()
+                })),
+            })?;
+            Ok((outcome_of(problem.contact, &found), found))
+        })?;
+        if !continues {
+            return Ok(None);
+        }
+        let followed = self.followed(&found, lower);
+        // A mode that the base point has is here as well, or it has gone to a motion that is not tracked.
+        let has = |of: &[Followed], mode: Option<usize>| of.iter().any(|f| f.mode == mode);
+        let before = base.outcome.as_ref().map_or(&[][..], |o| &o.followed[..]);
+        let lost = before.iter().any(|f| f.mode.is_some() && !has(&followed, f.mode));
+        Ok((known.is_none() || !lost).then(|| reduced(outcome, followed)))
+    }
+
+    /// Eigenvalues of a base point that are tracked from there: those that may be one of the modes that are followed,
+    /// and all that are no more damped than the most damped mode that is.
+    fn tracked(&self, found: &StabilityResult, lower: usize) -> Vec<C> {
+        let alike = |e: &&Eigenpair| {
+            let norm = e.modal.iter().map(C::norm_sqr).sum::<f64>().sqrt();
+            let may_be = |r: &Reference| {
+                let near = (e.value.im - r.value.im).abs() <= NEAR * r.value.im;
+                near && product(&r.modal, self.lower, &e.modal, lower).norm() >= UNLIKE.sqrt() * norm
+            };
+            oscillates(e) && self.references.iter().any(may_be)
+        };
+        let all = || found.spectrum.eigenpairs.iter().filter(|e| oscillates(e));
+        let mut tracked: Vec<C> = all().filter(alike).map(|e| e.value).collect();
+        let of_modes = self.followed(found, lower);
+        let most = of_modes.iter().filter(|f| f.mode.is_some()).map(|f| -f.value.re / f.value.norm());
+        let most = most.fold(0.0, f64::max);
+        tracked.extend(all().filter(|e| e.damping_ratio() <= most).map(|e| e.value));
+        tracked
     }
 
     /// The modes that are followed among those of a sample on `lower` free modes of the lower body, each by the motion
@@ -263,6 +338,12 @@ impl<'a> Study<'a> {
     }
 }
 
+/// The outcome of a point with the modes that are `followed`; the rest of some hundred eigenvalues is no longer needed.
+fn reduced(mut outcome: Outcome, followed: Vec<Followed>) -> Outcome {
+    outcome.eigenvalues.truncate(outcome.unstable().max(1));
+    Outcome { followed, ..outcome }
+}
+
 /// True if a motion oscillates, with Im λ > 0.
 fn oscillates(e: &Eigenpair) -> bool {
     e.value.im > 1e-6 * e.value.norm() && !is_rigid(e.value)
@@ -317,6 +398,15 @@ fn say(
         failed.len()
     ));
     summary.line(sentence(report));
+    let by = |search: EigenvalueSearch| all.iter().filter(|o| o.search == search).count();
+    let [continued, fell_back] = [EigenvalueSearch::Continued, EigenvalueSearch::FellBack].map(by);
+    if continued + fell_back > 0 {
+        let text = format!(
+            "{continued} points continued from {} base points, {fell_back} searched for since they could not be",
+            all.len() - continued - fell_back
+        );
+        summary.value("eigenvalues", text);
+    }
     let percent = 100.0 * report.confidence;
     let [low, high] = report.interval;
     summary

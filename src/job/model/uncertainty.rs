@@ -41,6 +41,10 @@ pub struct Uncertainty {
     #[serde(default = "default_confidence")]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "unit" = "1"))]
     pub confidence: f64,
+    /// True if eigenvalues of the points on a model are continued from those of a few of them, where it is certain that
+    /// they are those of the whole search.
+    #[serde(default = "default_follow")]
+    pub follow: bool,
     /// Share of the points that may fail. With more of them the run ends with exit code 4 after writing its results.
     #[serde(default = "default_max_failed")]
     #[schemars(range(min = 0.0, max = 1.0), extend("unit" = "1"))]
@@ -174,6 +178,10 @@ fn default_seed() -> u64 {
 
 fn default_confidence() -> f64 {
     0.95
+}
+
+fn default_follow() -> bool {
+    true
 }
 
 fn default_max_failed() -> f64 {

@@ -18,6 +18,17 @@ pub struct Followed {
     pub agreement: f64,
 }
 
+/// How the eigenvalues of a point were found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum EigenvalueSearch {
+    /// All of them were searched for.
+    Whole,
+    /// They were continued from those of another point.
+    Continued,
+    /// They were searched for since they could not be continued with certainty.
+    FellBack,
+}
+
 /// Outcome of a point.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcome {
@@ -41,6 +52,8 @@ pub struct Outcome {
     pub approach: f64,
     /// Modes that are followed from the job's own point, where they are.
     pub followed: Vec<Followed>,
+    /// How the eigenvalues were found.
+    pub search: EigenvalueSearch,
 }
 
 impl Outcome {
@@ -57,6 +70,7 @@ impl Outcome {
             force: [f64::NAN; 3],
             approach: f64::NAN,
             followed: Vec::new(),
+            search: EigenvalueSearch::Whole,
         }
     }
 

@@ -123,6 +123,13 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], study: &Study) -> Vec<Table> {
         }),
         count("closed", "Closed contact nodes.", &|o| o.closed),
         count("sticking", "Closed nodes that stick.", &|o| o.sticking),
+        Table::list(
+            &path("search"),
+            "-",
+            "0: all eigenvalues were searched for; 1: they were continued from those of a base point; 2: searched for, \
+             since they could not be continued.",
+            all.iter().map(|o| o.search as i32).collect::<Vec<i32>>(),
+        ),
         Table::scalar(&path("samples"), "1", "Number of random samples.", study.samples as i64),
         Table::scalar(&path("failed"), "1", "Number of those that failed.", study.failed as i64),
         number("confidence", "1", "Probability with which intervals hold what they stand for.", study.confidence),

@@ -88,6 +88,11 @@ impl Interpolated {
         self.place(lambda).re.abs() <= BEYOND
     }
 
+    /// Returns whether λ lies beside the interval, so near that the polynomials hold there but for some digits.
+    pub fn holds(&self, lambda: C) -> bool {
+        self.place(lambda).re.abs() <= 1.0 && self.is_near(lambda)
+    }
+
     /// Returns whether λ lies so near to the interval that the polynomials hold as well as on it, but for some digits.
     pub fn is_near(&self, lambda: C) -> bool {
         self.place(lambda).im.abs() * self.degree as f64 <= DIGITS

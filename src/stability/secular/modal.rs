@@ -7,7 +7,7 @@ use crate::body::ModalMatrix;
 use crate::model::CoupledModel;
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, MatRef};
-use std::cell::RefCell;
+use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
 
 /// Frequencies that are looked at together: what is made for them stays near the processor.
@@ -91,8 +91,14 @@ impl Poles {
     /// None where the vectors do not tell them apart.
     fn of(stiffness: Mat<f64>, damping: Mat<f64>) -> Option<Rc<Self>> {
         let same = |p: &&Rc<Self>| p.stiffness == stiffness && p.damping == damping;
-        if let Some(known) = LAST.with_borrow(|last| last.iter().find(same).cloned()) {
-            return Some(known);
+        // The last ones used stay the longest.
+        let known = LAST.with_borrow_mut(|last| {
+            let place = last.iter().position(|p| same(&p))?;
+            last[..=place].rotate_right(1);
+            last.first().cloned()
+        });
+        if known.is_some() {
+            return known;
         }
         let s = stiffness.nrows();
         let rate = (0..s).map(|i| stiffness[(i, i)].abs().sqrt()).fold(0.0, f64::max);
@@ -157,7 +163,7 @@ struct Part {
 
 /// The modes of both.
 pub(super) struct Modes {
-    parts: Vec<Part>,
+    parts: Vec<Rc<Part>>,
     modes: usize,
     /// Number r of functions of both bodies.
     pub seen: usize,
@@ -173,20 +179,73 @@ pub(super) struct Modes {
     /// B K Bᵀ, `[r, r]`.
     pub stiffness: Mat<f64>,
     of: Given,
+    /// The functions at the contact rows, once a state has asked for them.
+    on_contact: Rc<OnceCell<OnContact>>,
+}
+
+/// The modes at all contact rows by the functions of which they consist at some of them.
+struct OnContact {
+    /// The modes, `[3n, modes]`.
+    shapes: Rc<Mat<f64>>,
+    /// The functions, `[3n, r]`.
+    functions: Mat<f64>,
+    /// Squares of the norms of the modes, and of what is left of them without the functions, of each body and row.
+    squares: [Vec<[f64; 2]>; 2],
+}
+
+thread_local! {
+    /// Modes at the contact rows; all states of the same bodies share them.
+    static SHAPES: RefCell<Option<Rc<Mat<f64>>>> = const { RefCell::new(None) };
+}
+
+impl OnContact {
+    /// The modes `psi`, `[3n, modes]`, of which those of each body lie between two of `ends`, by functions with the
+    /// amplitudes `basis`.
+    fn new(psi: &Mat<f64>, basis: &Mat<f64>, ends: [usize; 3]) -> Self {
+        let kept = SHAPES.with_borrow(|last| last.clone().filter(|last| **last == *psi));
+        let shapes = kept.unwrap_or_else(|| Rc::new(psi.clone()));
+        SHAPES.set(Some(shapes.clone()));
+        let functions = psi * basis.transpose();
+        let left = psi - &functions * basis;
+        let squares = [0, 1].map(|body| {
+            let mut squares = vec![[0.0; 2]; psi.nrows()];
+            for j in ends[body]..ends[body + 1] {
+                let both = psi.col_as_slice(j).iter().zip(left.col_as_slice(j));
+                squares.iter_mut().zip(both).for_each(|(s, (p, l))| {
+                    s[0] += p * p;
+                    s[1] += l * l;
+                });
+            }
+            squares
+        });
+        Self { shapes, functions, squares }
+    }
 }
 
 /// Inputs from which modes were computed.
 struct Given {
-    stiffness: ModalMatrix,
+    stiffness: Rc<ModalMatrix>,
     damping: ModalMatrix,
     lower: usize,
     within: f64,
 }
 
 impl Given {
-    fn is(&self, bodies: &CoupledModel, within: f64) -> bool {
-        let same = self.within == within && self.lower == bodies.lower_modes;
-        same && self.stiffness == bodies.stiffness && self.damping == bodies.damping
+    /// True if these are the modes of `bodies`, whose damping may be another one.
+    fn is_but_for_damping(&self, bodies: &CoupledModel, within: f64) -> bool {
+        self.within == within && self.lower == bodies.lower_modes && *self.stiffness == bodies.stiffness
+    }
+
+    /// True if the damping of the modes from `first` to before `end`, those of a body, is that of `bodies`.
+    fn is_damped_alike(&self, bodies: &CoupledModel, first: usize, end: usize) -> bool {
+        match (&self.damping, &bodies.damping) {
+            (ModalMatrix::Diagonal(a), ModalMatrix::Diagonal(b)) => a[first..end] == b[first..end],
+            (ModalMatrix::Blocks(a), ModalMatrix::Blocks(b)) if a.len() == 2 && b.len() == 2 => {
+                let body = usize::from(first > 0);
+                a[body].nrows() == end - first && a[body] == b[body]
+            }
+            _ => false,
+        }
     }
 }
 
@@ -195,11 +254,16 @@ impl Modes {
     /// `[3n, r]`, with the poles up to the angle `within`; none where the functions are not few, or a mode by itself
     /// does not oscillate. Those of the last state are taken where they serve.
     pub fn at(bodies: &CoupledModel, rows: &[usize], within: f64) -> Option<(Rc<Self>, Mat<f64>)> {
-        let psi = Mat::from_fn(rows.len(), bodies.omega.len(), |i, j| bodies.modes[(rows[i], j)]);
-        let last = Self::last().filter(|known| known.of.is(bodies, within));
-        let (modes, asked) = match last.and_then(|last| last.shapes(&psi).map(|asked| (last, asked))) {
-            Some(found) => found,
+        let last = Self::last().filter(|known| known.of.is_but_for_damping(bodies, within));
+        let (modes, asked) = match last.and_then(|last| last.shapes(bodies, rows).map(|asked| (last, asked))) {
+            Some((last, asked)) if last.of.damping == bodies.damping => (last, asked),
+            Some((last, asked)) => {
+                let made = Rc::new(last.with_damping(bodies)?);
+                KNOWN.set(Some(made.clone()));
+                (made, asked)
+            }
             None => {
+                let psi = Mat::from_fn(rows.len(), bodies.omega.len(), |i, j| bodies.modes[(rows[i], j)]);
                 let made = Rc::new(Self::new(bodies, &psi, within)?);
                 KNOWN.set(Some(made.clone()));
                 let asked = &psi * made.basis.transpose();
@@ -228,22 +292,20 @@ impl Modes {
         self.of.within
     }
 
-    /// The functions at the rows `psi` of the modes; none where these consist of others as well.
-    fn shapes(&self, psi: &Mat<f64>) -> Option<Mat<f64>> {
-        let asked = psi * self.basis.transpose();
-        let left = psi - &asked * &self.basis;
+    /// The functions at these contact rows of `bodies`; none where the modes consist of others as well there.
+    fn shapes(&self, bodies: &CoupledModel, rows: &[usize]) -> Option<Mat<f64>> {
         let ends = [0, self.of.lower, self.modes];
-        let covered = ends.windows(2).all(|of| {
-            let largest = |m: &Mat<f64>| {
-                let mut squares = vec![0.0; m.nrows()];
-                for j in of[0]..of[1] {
-                    squares.iter_mut().zip(m.col_as_slice(j)).for_each(|(s, v)| *s += v * v);
-                }
-                squares.into_iter().fold(0.0, f64::max).sqrt()
-            };
-            largest(&left) <= ROUNDING * largest(psi)
-        });
-        covered.then_some(asked)
+        let known = self.on_contact.get_or_init(|| OnContact::new(&bodies.modes, &self.basis, ends));
+        let same = known.shapes.shape() == bodies.modes.shape()
+            && (0..self.modes).all(|j| {
+                let (a, b) = (bodies.modes.col_as_slice(j), known.shapes.col_as_slice(j));
+                rows.iter().all(|&row| a[row] == b[row])
+            });
+        let computed = if same { None } else { Some(OnContact::new(&bodies.modes, &self.basis, ends)) };
+        let on = computed.as_ref().unwrap_or(known);
+        let largest = |of: &Vec<[f64; 2]>, k: usize| rows.iter().map(|&row| of[row][k]).fold(0.0, f64::max).sqrt();
+        let covered = on.squares.iter().all(|of| largest(of, 1) <= ROUNDING * largest(of, 0));
+        covered.then(|| Mat::from_fn(rows.len(), self.seen, |i, j| on.functions[(rows[i], j)]))
     }
 
     fn new(bodies: &CoupledModel, psi: &Mat<f64>, within: f64) -> Option<Self> {
@@ -265,20 +327,57 @@ impl Modes {
         let mut parts = Vec::new();
         let mut at = 0;
         for ((first, functions), end) in bases.iter().zip([lower, m]) {
-            parts.push(Part::new(bodies, (*first, end), basis.as_ref().subrows(at, functions.len()), at)?);
+            let part = Part::new(bodies, (*first, end), basis.as_ref().subrows(at, functions.len()), at)?;
+            parts.push(Rc::new(part));
             at += functions.len();
         }
-        let all = parts.iter().flat_map(Part::poles).filter(|p| p.im >= 0.0);
+        let stiffness = &basis * bodies.stiffness.product(basis.transpose());
+        let square = bodies.stiffness.values().iter().map(|v| v * v).sum();
+        let given = Rc::new(bodies.stiffness.clone());
+        Self::of_parts(bodies, (parts, within), (basis, stiffness), (given, square))
+    }
+
+    /// The same modes with the damping of `bodies`.
+    fn with_damping(&self, bodies: &CoupledModel) -> Option<Self> {
+        let ends = [0, self.of.lower, self.modes];
+        let mut parts = Vec::new();
+        for (part, of) in self.parts.iter().zip(ends.windows(2)) {
+            parts.push(match self.of.is_damped_alike(bodies, of[0], of[1]) {
+                true => part.clone(),
+                false => {
+                    let basis = self.basis.as_ref().subrows(part.first, part.functions);
+                    Rc::new(Part::new(bodies, (of[0], of[1]), basis, part.first)?)
+                }
+            });
+        }
+        let own = (self.basis.clone(), self.stiffness.clone());
+        let made = Self::of_parts(bodies, (parts, self.of.within), own, (self.of.stiffness.clone(), self.squares[0]))?;
+        Some(Self { on_contact: self.on_contact.clone(), ..made })
+    }
+
+    /// The modes of both bodies with their amplitudes B of the functions, and B K Bᵀ; K and the square of its norm are
+    /// `given`.
+    fn of_parts(
+        bodies: &CoupledModel,
+        (parts, within): (Vec<Rc<Part>>, f64),
+        (basis, stiffness): (Mat<f64>, Mat<f64>),
+        (given, square): (Rc<ModalMatrix>, f64),
+    ) -> Option<Self> {
+        let (m, lower, seen) = (bodies.omega.len(), bodies.lower_modes, basis.nrows());
+        let all = parts.iter().flat_map(|part| part.poles()).filter(|p| p.im >= 0.0);
         let (poles, mut damped): (Vec<C>, Vec<C>) = all.partition(|p| p.im.atan2(p.re) <= within);
         damped.retain(|p| p.im > 0.0);
         if seen == 0 || poles.is_empty() || poles.iter().any(|p| p.im <= REAL * p.norm()) {
             return None;
         }
-        let square = |of: &ModalMatrix| of.values().iter().map(|v| v * v).sum::<f64>();
-        let squares = [square(&bodies.stiffness), square(&bodies.damping)];
-        let stiffness = &basis * bodies.stiffness.product(basis.transpose());
-        let of = Given { stiffness: bodies.stiffness.clone(), damping: bodies.damping.clone(), lower, within };
-        Some(Self { parts, modes: m, seen, basis, poles, damped, squares, stiffness, of })
+        let damping = match &bodies.damping {
+            ModalMatrix::Diagonal(d) => d.iter().map(|v| v * v).sum::<f64>(),
+            ModalMatrix::Blocks(blocks) => blocks.iter().map(|b| b.squared_norm_l2()).sum(),
+        };
+        let squares = [square, damping];
+        let of = Given { stiffness: given, damping: bodies.damping.clone(), lower, within };
+        let on_contact = Rc::default();
+        Some(Self { parts, modes: m, seen, basis, poles, damped, squares, stiffness, of, on_contact })
     }
 
     /// Number of modes.
