@@ -56,7 +56,9 @@ def test_no_page_is_orphaned() -> None:
 
 def test_every_picture_is_on_the_page_of_results() -> None:
     sources = [path.read_text(encoding="utf-8") for path in (ROOT / "python/railsqueal/pictures").glob("*.py")]
-    names = {name for text in sources for name in re.findall(r'canvas\.save\(figure, f?"([^"]+)"\)', text)}
+    names = {
+        name for text in sources for name in re.findall(r'canvas\.save\(figure, (?:of_contact\()?f?"([^"]+)"[,)]', text)
+    }
     made = {name.replace("{name}", body) for name in names for body in ("lower", "upper")}
     page = (ROOT / "docs/reference/output.md").read_text(encoding="utf-8")
     section = page[page.index("## Pictures") : page.index("## Report")]

@@ -33,11 +33,6 @@ class Drawn:
     grid: ContactGrid
     group: str  # `contact`, or `contact_2` and so on
 
-    def name(self, picture: str) -> str:
-        """Name of a picture of this contact: `contact-map`, or `contact-map-2` and so on."""
-        number = contact_number(self.group)
-        return f"{picture}-{number}" if number > 1 else picture
-
     @property
     def placement(self) -> str:
         """Group of the placement of this contact."""
@@ -62,6 +57,12 @@ class Drawn:
     def along_axis(self, field: Floats) -> Floats:
         """A field on y = 0, between grid lines if need be."""
         return np.array([np.interp(0.0, self.y, field[:, i]) for i in range(len(self.x))])
+
+
+def of_contact(picture: str, group: str) -> str:
+    """Name of a picture of a contact by its group: `contact-map`, or `contact-map-2` and so on."""
+    number = contact_number(group)
+    return f"{picture}-{number}" if number > 1 else picture
 
 
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
@@ -194,7 +195,7 @@ def line(drawn: Drawn, canvas: Canvas) -> list[Path]:
     lower.set_xlim(reach.min() - margin, reach.max() + margin)
     for text, place, align in (("← leading edge (rolling)", 0.01, "left"), ("trailing edge →", 0.99, "right")):
         upper.text(place, 1.01, text, transform=upper.transAxes, ha=align, va="bottom", fontsize=9, color=GREY)
-    return canvas.save(figure, drawn.name("contact-line"))
+    return canvas.save(figure, of_contact("contact-line", drawn.group))
 
 
 def edges(centres: Floats) -> Floats:
@@ -255,4 +256,4 @@ def stick_slip_map(drawn: Drawn, canvas: Canvas) -> list[Path]:
         axes.set_ylim(-reach, reach)
         axes.set_xlabel("longitudinal position x / mm   (leading edge at the left)")
         axes.set_ylabel("lateral position y / mm")
-    return canvas.save(figure, drawn.name("contact-map"))
+    return canvas.save(figure, of_contact("contact-map", drawn.group))

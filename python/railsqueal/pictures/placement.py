@@ -6,8 +6,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ..result import Result
-from ..tables import ContactGrid, contact_number, numbered
-from .contact import painted
+from ..tables import ContactGrid, numbered
+from .contact import of_contact, painted
 from .style import BLUE, GREY, ORANGE, RED, Canvas
 
 MM, MICRO = 1e3, 1e6
@@ -26,7 +26,7 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
 
 def place(result: Result, group: str, canvas: Canvas) -> list[Path]:
     """The contact of the placement `group` on both profiles, and its gap."""
-    contact, number = group.replace("placement", "contact"), contact_number(group)
+    contact = group.replace("placement", "contact")
     grid = ContactGrid.of(result, contact) if contact in ContactGrid.groups(result) else None
     figure, axes = plt.subplots(
         1, 2 if grid else 1, figsize=(9.6 if grid else 5.6, 4.2), layout="constrained", squeeze=False
@@ -68,4 +68,4 @@ def place(result: Result, group: str, canvas: Canvas) -> list[Path]:
         detail.set_xlabel("x / mm (rolls to the left)")
         detail.set_ylabel("y / mm")
         detail.set_title(f"gap, and the contact under {approach:.1f} µm of approach")
-    return canvas.save(figure, f"placement-{number}" if number > 1 else "placement")
+    return canvas.save(figure, of_contact("placement", group))
