@@ -116,7 +116,7 @@ impl<'w> Swept<'w> {
         let forms = forms(name, &making)?;
         let half_space = HalfSpace { young: making.material.young, poisson: making.material.poisson };
         let groups = making.fixed.iter().filter_map(|name| forms.section.groups.get(name));
-        let clamped: Vec<usize> = groups.flatten().copied().collect();
+        let clamped: Vec<usize> = groups.flatten().copied().chain(forms.section.on_axle()).collect();
         let bare = |outline: Outline| OutlineModes { outline, orders: Vec::new(), count: 0 };
         let outline = forms.section.outline(&clamped).map(bare).map_err(|e| e.context(format!("bodies.{name}")));
         let grids = making.contacts.iter().map(|c| c.lines.map(<[f64]>::to_vec)).collect();

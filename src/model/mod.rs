@@ -74,7 +74,8 @@ impl ReducedModel {
         let mut parts: Vec<Option<ContactTrace>> = parts.into_iter().map(Some).collect();
         let (mut bodies, mut at_rest) = (Vec::new(), Vec::new());
         let (mut own, mut rotation) = ([IntrinsicDamping::default(), IntrinsicDamping::default()], [None, None]);
-        let one = interface.patches.len() == 1;
+        // Of several contacts the matrices are large; files keep those of one, and those that a transient goes on with.
+        let keeps = interface.patches.len() == 1 || job.analyses.transient.is_some();
         for side in Side::BOTH.into_iter().take(if alike { 1 } else { 2 }) {
             let part = parts.get_mut(place[side.index()]).ok_or_else(missing)?;
             let part = if twice && side == Side::Lower { part.clone() } else { part.take() };
@@ -91,8 +92,7 @@ impl ReducedModel {
                 ReducedBody { reach: modes.reach, names, ..ReducedBody::new(modes.omega, damping, rows, compliance) };
             let speed = job.angular_velocity(side.name());
             rotation[side.index()] = modes.rotation;
-            // Only one contact is kept in result files.
-            let rest = rotation[side.index()].as_ref().filter(|_| one).map(|_| body.compliance.clone());
+            let rest = rotation[side.index()].as_ref().filter(|_| keeps).map(|_| body.compliance.clone());
             bodies.push(match &rotation[side.index()] {
                 Some(rotation) => turning(body, rotation, speed),
                 None => body,
@@ -105,8 +105,7 @@ impl ReducedModel {
         }
         let place = [0, if alike { 0 } else { 1 }];
         let mut model = Self { own, rotation, at_rest, ..Self::new(interface, bodies, place)? };
-        if !one {
-            // The matrices are large, and nothing looks at those of single bodies any more.
+        if !keeps {
             model.bodies.iter_mut().for_each(|body| body.compliance = Mat::zeros(0, 0));
         }
         if job.is_loaded() {

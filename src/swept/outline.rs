@@ -52,7 +52,8 @@ pub struct OrderModes {
 
 impl Section {
     /// The outline. Edges at the smallest radius whose nodes are all among `clamped` sit on an axle: it is taken to
-    /// end with them, in flat ends that stand still. That of a solid body goes from axle to axle.
+    /// end with them, in flat ends that stand still. With the nodes on the axle of a solid body among them it goes from
+    /// axle to axle.
     pub fn outline(&self, clamped: &[usize]) -> Result<Outline> {
         let mut open: BTreeMap<usize, [usize; 3]> = BTreeMap::new();
         let mut seen: BTreeMap<[usize; 2], usize> = BTreeMap::new();
@@ -73,12 +74,7 @@ impl Section {
         }
         let radius = |pick: fn(f64, f64) -> f64| self.nodes.iter().map(|x| x[0]).reduce(pick).unwrap_or(0.0);
         let bore = radius(f64::min) + SAME * radius(f64::max);
-        let solid = SAME * radius(f64::max);
-        // On the axle of a solid body, or on one that holds a bore.
-        let sits = |e: &[usize; 3]| {
-            let inside = |&k: &usize| self.nodes[k][0] <= solid || (self.nodes[k][0] <= bore && clamped.contains(&k));
-            e.iter().all(inside)
-        };
+        let sits = |e: &[usize; 3]| e.iter().all(|&k| self.nodes[k][0] <= bore && clamped.contains(&k));
         // After the axle, where there is one, or anywhere.
         let ends = open.values().find(|e| sits(e) && open.get(&e[1]).is_some_and(|next| !sits(next)));
         let Some(start) = ends.map(|e| e[1]).or_else(|| open.keys().next().copied()) else {

@@ -45,7 +45,16 @@ pub struct Section {
     pub layers: Vec<SectionLayer>,
 }
 
+/// Part of the largest radius within which a node is on the axle.
+const ON_AXLE: f64 = 1e-12;
+
 impl Section {
+    /// Nodes on the axle of a solid body of revolution, ascending.
+    pub fn on_axle(&self) -> impl Iterator<Item = usize> + '_ {
+        let largest = self.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
+        (0..self.nodes.len()).filter(move |&k| self.nodes[k][0] <= ON_AXLE * largest)
+    }
+
     /// Material of an element, with `body` as that of elements without a layer.
     pub fn material(&self, element: &Element, body: Material) -> Material {
         element.layer.checked_sub(1).and_then(|k| self.layers.get(k)).map_or(body, |layer| layer.material)

@@ -7,7 +7,7 @@
 //! met, no strain at an integration point has a part of a node on the axle that goes with 1/r.
 
 use super::super::Section;
-use super::{Block, Pairs, SAME_PLACE};
+use super::{Block, Pairs};
 use faer::Mat;
 use std::collections::HashMap;
 
@@ -37,9 +37,7 @@ pub(super) struct AxisNodes {
 impl AxisNodes {
     /// The nodes of `section` on the axle, with the numbers `place` of the free nodes, and their pairs.
     pub fn new(section: &Section, place: &[Option<usize>], pairs: &Pairs) -> Self {
-        let largest = section.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
-        let on_axle = |k: &usize| section.nodes[*k][0] <= SAME_PLACE * largest;
-        let mut nodes: Vec<usize> = (0..section.nodes.len()).filter(on_axle).filter_map(|k| place[k]).collect();
+        let mut nodes: Vec<usize> = section.on_axle().filter_map(|k| place[k]).collect();
         nodes.sort_unstable();
         let on = |a: usize| nodes.binary_search(&a).is_ok();
         let touched = pairs.iter().map(|(a, b, k)| (k, [on(a), on(b)])).filter(|(_, on)| on[0] || on[1]);
