@@ -184,9 +184,11 @@ def performed(program, chosen=()):
                 ran = subprocess.run(
                     words, cwd=folder, env=environment(program), capture_output=True, text=True, check=False
                 )
-                print(f"{page.relative_to(ROOT)}: {shlex.join(words)} ({time.monotonic() - begun:.0f} s)", flush=True)
                 # `compare` says by 1 that results differ.
-                if ran.returncode not in ((0, 1) if "compare" in words else (0,)):
+                failed = ran.returncode not in ((0, 1) if "compare" in words else (0,))
+                took = f"{time.monotonic() - begun:.0f} s{', failed' if failed else ''}"
+                print(f"{page.relative_to(ROOT)}: {shlex.join(words)} ({took})", flush=True)
+                if failed:
                     faults.append(f"{page.relative_to(ROOT)}: {tell(words, ran)}")
     return faults
 
