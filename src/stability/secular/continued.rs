@@ -1,6 +1,6 @@
 //! Eigenvalues continued from a state of the same bodies whose spectrum is known.
 //!
-//! Those near the axis are the roots that Newton's method finds from the known ones on det(1 − KG) P with all others
+//! The tracked ones are the roots that Newton's method finds from the known ones on det(1 − KG) P with all others
 //! divided out where they were; the others stay where they were. That no unstable one is missing is counted along the
 //! imaginary axis, at the frequencies of the others: with the continued roots exact and the others near theirs, what is
 //! left of the determinant has no zeros in the right half-plane but those that are missing. Where one root does not

@@ -1,7 +1,7 @@
 //! Regularity on the axle of a solid body: what the amplitudes (U, V, W) of an order may be at r = 0.
 //!
 //! The displacement is one vector there for all angles. Of order 0, u = (U, V, W), it lies along the axle: U = V = 0.
-//! Of order 1, (U cos θ, V sin θ, W cos θ), it is across the axle and constant: u_z = U cos²θ − V sin²θ, so that U + V
+//! At order 1, (U cos θ, V sin θ, W cos θ), it is across the axle and constant: u_z = U cos²θ − V sin²θ, so that U + V
 //! = 0, and W = 0. Of higher orders it is 0. The projections Q on these motions act node by node: stiffness and mass
 //! become QKQ and QMQ, and what is projected out is held by a stiffness of its own, without mass. With the conditions
 //! met, no strain at an integration point has a part of a node on the axle that goes with 1/r.
