@@ -76,7 +76,7 @@ pub fn show(run: &mut Run, bodies: &Bodies, modes: &[TraceModes]) -> Result<()> 
 /// Collective: the shapes of the modes of wheels that are swept from a section; a rail has hundreds of waves.
 fn show_swept(run: &mut Run, path: &Path, bodies: &Bodies, modes: &[TraceModes]) -> Result<()> {
     let world = run.world();
-    let pictures = Pictures::of(world, bodies, |kind| kind == Kind::Swept);
+    let pictures = Pictures::new(world, bodies, |kind| kind == Kind::Swept);
     if pictures.is_empty() || modes.is_empty() {
         return Ok(());
     }

@@ -99,7 +99,7 @@ impl Curving {
     ///
     /// # Errors
     /// As [`CurvingProblem::solve`]; profiles that cannot be read.
-    pub fn of(job: &Job) -> Result<Self> {
+    pub fn from_job(job: &Job) -> Result<Self> {
         let (problem, notes) = problem(job)?;
         let solution = problem.solve()?;
         Ok(Self { problem, solution, notes })
@@ -266,7 +266,7 @@ impl Curving {
 /// through keep their stand-ins, and are refused by `settle` when they come up.
 ///
 /// # Errors
-/// As [`Curving::of`], for the job's own curve.
+/// As [`Curving::from_job`], for the job's own curve.
 pub fn resolve(world: &World, job: &mut Job) -> Result<()> {
     settle(world, job)?;
     super::contact_places::settle(world, job)?;
@@ -317,7 +317,7 @@ pub(crate) fn settle(world: &World, job: &mut Job) -> Result<()> {
         return Ok(());
     }
     let found = world.on_root(|| {
-        let curving = Curving::of(job)?;
+        let curving = Curving::from_job(job)?;
         let contacts = job.contact.as_ref().map_or(Ok(Vec::new()), |c| curving.contacts(c))?;
         serde_json::to_vec(&contacts).map_err(|e| Error::Defect(format!("contact in a curve: {e}")))
     })?;

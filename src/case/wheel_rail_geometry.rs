@@ -47,7 +47,7 @@ pub struct Placed {
 
 impl Placed {
     /// The wheel of `job` on its rail, at its first contact. For one rank: it reads the files of the profiles.
-    pub fn of(job: &Job) -> Result<Self> {
+    pub fn from_job(job: &Job) -> Result<Self> {
         let contact = job.contact.as_ref().ok_or_else(|| missing("a contact"))?;
         Self::at_contact(job, contact)
     }
@@ -185,7 +185,7 @@ impl Placed {
             return Err(Error::Defect("a mesh is put on a placement of a job without one".into()));
         };
         let seat = self.seat(name)?;
-        let meshed = meshes.of(job, name, body)?;
+        let meshed = meshes.mesh(job, name, body)?;
         standing(&meshed.mesh, (seat, placement.side), self.grid_lines(), contact.compliance, placement.radius)
             .map_err(|e| e.context(format!("bodies.{name}.mesh")))
     }

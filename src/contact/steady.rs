@@ -8,7 +8,7 @@ use super::loads::{Loads, NormalLoad};
 use super::memory::{self, coefficients, Sliding};
 use super::newton::{self, Effort, Reached};
 use super::patch::refuse_border;
-use super::start::{self, Begun};
+use super::start::{self, InitialGuess};
 use crate::friction::FrictionLaw;
 use crate::grid::{ContactPatch, Interface};
 use crate::{Error, Result};
@@ -186,7 +186,7 @@ impl<'a> SteadyProblem<'a> {
         }
 
         let mut effort = Effort::default();
-        let Begun { mut at, mut candidates, mut friction } = match start {
+        let InitialGuess { mut at, mut candidates, mut friction } = match start {
             None => start::cold(self)?,
             Some(r) => {
                 let friction = r.friction.unwrap_or_else(|| self.friction_at_first(&r.stress));
@@ -202,7 +202,7 @@ impl<'a> SteadyProblem<'a> {
                     // The edge is looked at once the displacements are known.
                     _ => Candidates::new(self, &s.upstream(Stencil::Upwind2, None), wanted, &at.stress)?,
                 };
-                Begun { at, candidates, friction }
+                InitialGuess { at, candidates, friction }
             }
         };
         // In rare cases friction closes nodes outside the candidates taken from the frictionless contact: take them in.
@@ -254,7 +254,7 @@ impl<'a> SteadyProblem<'a> {
     /// Augmentation parameter of the friction law at node `i` times V, Pa: the inverse of the node's own creep per unit
     /// traction and speed.
     pub(super) fn rho_tangential(&self, upstream: &Upstream, i: usize) -> f64 {
-        let own = |c: usize| upstream.at(i, |j| self.compliance.get(3 * j + c, 3 * i + c));
+        let own = |c: usize| upstream.derivative(i, |j| self.compliance.get(3 * j + c, 3 * i + c));
         1.0 / (own(0).abs().max(own(1).abs()) * self.interface.weight[i])
     }
 
@@ -401,7 +401,7 @@ impl<'a> SteadyProblem<'a> {
         for i in 0..n {
             solution.creep[i] = s.rigid(&self.kinematics, i);
             for c in 0..2 {
-                solution.creep[i][c] += upstream.at(i, |j| solution.w[j][c]);
+                solution.creep[i][c] += upstream.derivative(i, |j| solution.w[j][c]);
             }
         }
         let speed = |i: usize| self.kinematics[s.patch_of(i)].speed;

@@ -235,7 +235,7 @@ impl Placement {
     /// point of contact given directly that needs too much roll or makes the bodies overlap elsewhere.
     pub fn place(&self, wheel: &Profile, rail: &Profile) -> Result<Placed> {
         self.check()?;
-        let middle = rail.at(if rail.contains(0.0) { 0.0 } else { rail.top() }).z;
+        let middle = rail.local(if rail.contains(0.0) { 0.0 } else { rail.top() }).z;
         let (rail, rail_shift, crown) = self.rail_in_track(rail)?;
         let sign = self.side.sign();
         let mut pair = Pair {
@@ -313,12 +313,12 @@ impl Placement {
             cant => rail.turned(cant)?,
         };
         let top = turned.top();
-        let crown = turned.at(top).z;
+        let crown = turned.local(top).z;
         let (mut low, mut high) = (turned.range()[0], top);
-        let deep = turned.at(low).z - crown;
+        let deep = turned.local(low).z - crown;
         // A side that was cut because it stands upright or hangs over at this cant has its innermost place at its end.
-        let whole = rail.at(rail.range()[0]).z - rail.at(rail.top()).z > self.gauge_depth;
-        let upright = turned.at(low).slope.atan() < 2.0 * UPRIGHT - std::f64::consts::FRAC_PI_2;
+        let whole = rail.local(rail.range()[0]).z - rail.local(rail.top()).z > self.gauge_depth;
+        let upright = turned.local(low).slope.atan() < 2.0 * UPRIGHT - std::f64::consts::FRAC_PI_2;
         if deep < self.gauge_depth && whole && upright {
             high = low;
         } else if deep < self.gauge_depth {
@@ -333,7 +333,7 @@ impl Placement {
         }
         for _ in 0..100 {
             let middle = 0.5 * (low + high);
-            if turned.at(middle).z - crown > self.gauge_depth {
+            if turned.local(middle).z - crown > self.gauge_depth {
                 low = middle;
             } else {
                 high = middle;
@@ -363,7 +363,7 @@ fn bring_together(pair: &mut Pair, wheel: f64, rail: f64, rail_shift: f64) -> Re
             )));
         }
     }
-    let wanted = pair.rail.at(there).slope.atan();
+    let wanted = pair.rail.local(there).slope.atan();
     let no_line = || Error::Job("placement: the wheel is yawed so much that it has no lowest point there".into());
     for _ in 0..50 {
         let turn = wanted - pair.wheel.lowest(wheel).ok_or_else(no_line)?.slope.atan();
@@ -473,7 +473,7 @@ impl Placed {
     pub fn frame(&self) -> Frame {
         let first = &self.minima[0];
         let [x, y, _] = first.lowest.point;
-        Frame { side: self.side, origin: [x, y, self.pair.rail.at(y).z], angle: first.rail_slope.atan() }
+        Frame { side: self.side, origin: [x, y, self.pair.rail.local(y).z], angle: first.rail_slope.atan() }
     }
 
     /// The frame in the middle of the overlap of the undeformed bodies at an `approach`, m, with the mean angle
@@ -506,7 +506,7 @@ impl Placed {
     /// The rail's line in the track frame, (y, z) in m, places no further apart than `step` (m): to be drawn.
     pub fn rail_line(&self, step: f64) -> Vec<[f64; 2]> {
         let rail = &self.pair.rail;
-        rail.nodes(step).into_iter().map(|y| [self.side.sign() * y, rail.at(y).z]).collect()
+        rail.nodes(step).into_iter().map(|y| [self.side.sign() * y, rail.local(y).z]).collect()
     }
 
     /// The wheel's outline at first touch, seen along the track, (y, z) of the track frame in m, places of the
@@ -546,8 +546,11 @@ impl Placed {
         })?;
         let axle = self.axle(frame);
         let profile = &self.pair.wheel.profile;
-        let wheel =
-            Seat { y: sign * wheel_y, z: profile.at(wheel_y).z - profile.at(0.0).z, tilt: axle[2].atan2(axle[1]) };
+        let wheel = Seat {
+            y: sign * wheel_y,
+            z: profile.local(wheel_y).z - profile.local(0.0).z,
+            tilt: axle[2].atan2(axle[1]),
+        };
         Ok([rail, wheel])
     }
 

@@ -15,4 +15,4 @@ mod surface;
 
 pub use line::Line;
 pub use shape::Shape;
-pub use surface::{Part, Surface};
+pub use surface::{RoughnessFeature, Surface};

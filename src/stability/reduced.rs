@@ -107,7 +107,7 @@ pub fn eigenpairs(bodies: &CoupledModel, contact: &LinearContact, tolerance: f64
 
 impl Pencil {
     /// Pencil of two matrices, each scaled.
-    pub fn of(a: Mat<f64>, e: Mat<f64>) -> Self {
+    pub fn scaled(a: Mat<f64>, e: Mat<f64>) -> Self {
         Self { a, e, scales: Scales { rate: 1.0, force: 1.0, rows: Vec::new() }, parts: None }
     }
 

@@ -211,7 +211,7 @@ impl Condensed {
     fn relaxations(&self, rate: f64, angle: f64) -> Option<Vec<C>> {
         let (r, nf) = (self.seen, self.unknowns());
         let part = |of: &Mat<f64>, f: f64| Mat::from_fn(nf, nf, |i, j| f * of[(i, r + j)]);
-        let pencil = Pencil::of(part(&self.rows.at_rest, -1.0), part(&self.rows.by_rate, rate));
+        let pencil = Pencil::scaled(part(&self.rows.at_rest, -1.0), part(&self.rows.by_rate, rate));
         let values = pencil.values().ok()?;
         Some(values.into_iter().map(|v| v * rate).filter(|v| v.im.atan2(v.re) <= angle).collect())
     }
@@ -235,7 +235,7 @@ impl Secular {
         }
         let angle = FRAC_PI_2 + ratio.asin();
         let within = FRAC_PI_2 + (ratio + MARGIN).asin();
-        let Some((modes, shapes)) = Modes::at(bodies, &places(contact), within) else { return Ok(None) };
+        let Some((modes, shapes)) = Modes::build(bodies, &places(contact), within) else { return Ok(None) };
         let [low, high] = modes.range();
         let rate = (low * high).sqrt();
         let view = View { modes: shapes.as_ref(), residual: bodies.residual.as_ref() };

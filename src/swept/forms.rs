@@ -282,7 +282,7 @@ impl Forms {
             let material = self.section.material(element, self.material);
             let (lambda, shear) = material.lame();
             for shape in element.kind.points() {
-                let (r, jacobian) = self.section.at(element, &shape);
+                let (r, jacobian) = self.section.jacobian(element, &shape);
                 let weight = jacobian.determinant * shape.weight * self.path.measure(r);
                 let over = (self.path == Path::Axle).then_some(1.0 / r);
                 let strains: Vec<[Strains; 2]> = shape
@@ -319,7 +319,7 @@ impl Forms {
 
     /// K_n − σM at a pair, of the whole way.
     fn block(&self, n: usize, sigma: f64, k: usize) -> [[f64; 3]; 3] {
-        let (w, x) = (self.path.whole(n), self.path.wavenumber(n));
+        let (w, x) = (self.path.length_integral(n), self.path.wavenumber(n));
         std::array::from_fn(|c| {
             std::array::from_fn(|d| {
                 let [zero, one, two] = [0, 1, 2].map(|p| self.stiffness[p][k][c][d]);
@@ -337,7 +337,7 @@ impl Forms {
     /// The same in the memory of another factor.
     pub fn factor_in(&self, memory: Vec<f64>, n: usize, sigma: f64) -> Result<Factor> {
         let mut values = self.envelope.empty(memory);
-        let (w, x) = (self.path.whole(n), self.path.wavenumber(n));
+        let (w, x) = (self.path.length_integral(n), self.path.wavenumber(n));
         let [zero, one, two] = &self.stiffness;
         let rings = self.of_rings(n);
         for (a, b, k) in self.pairs.iter() {
@@ -376,7 +376,7 @@ impl Forms {
 
     /// (K_n − σM) x of columns, `[order, k]`.
     pub fn dynamic(&self, n: usize, sigma: f64, x: MatRef<'_, f64>) -> Mat<f64> {
-        let (rings, w) = (self.of_rings(n), self.path.whole(n));
+        let (rings, w) = (self.of_rings(n), self.path.length_integral(n));
         self.product(x, |k| {
             let mut block = self.block(n, sigma, k);
             if let Some(ring) = rings.get(&k) {
@@ -388,7 +388,7 @@ impl Forms {
 
     /// M x of columns at the order n, `[order, k]`.
     pub fn mass(&self, n: usize, x: MatRef<'_, f64>) -> Mat<f64> {
-        let inertia = |k: usize| scaled(&IDENTITY, self.path.whole(n) * self.mass[k]);
+        let inertia = |k: usize| scaled(&IDENTITY, self.path.length_integral(n) * self.mass[k]);
         self.product(x, |k| self.axis.projected(n, k, inertia(k)))
     }
 
@@ -403,8 +403,8 @@ impl Forms {
         let bracket = brackets(n);
         self.product(x, |k| {
             let (section, angle) = sigma.map_or((0.0, 0.0), |s| (s.along_section[k], s.along_angle[k]));
-            let around = scaled(&bracket, self.path.whole(n) * (angle - self.mass[k]));
-            let mut block = scaled(&IDENTITY, self.path.whole(n) * section);
+            let around = scaled(&bracket, self.path.length_integral(n) * (angle - self.mass[k]));
+            let mut block = scaled(&IDENTITY, self.path.length_integral(n) * section);
             block.iter_mut().flatten().zip(around.iter().flatten()).for_each(|(b, a)| *b += a);
             block
         })
@@ -418,7 +418,7 @@ impl Forms {
 
     /// Springs and dashpots of the track times columns at the order n, `[order, k]`; none without a track.
     pub fn track(&self, n: usize, x: MatRef<'_, f64>) -> Option<[Mat<f64>; 2]> {
-        let whole = self.path.whole(n);
+        let whole = self.path.length_integral(n);
         let of = |part: fn(&Springs) -> &[[f64; 3]; 3]| self.product(x, |k| scaled(part(&self.track[k]), whole));
         (!self.track.is_empty()).then(|| [of(|s| &s.stiffness), of(|s| &s.viscosity)])
     }

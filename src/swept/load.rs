@@ -141,11 +141,11 @@ pub struct LineLoad {
 impl LineLoad {
     /// The loads of the order `n` on `forms`, whose rolling radius is `radius`, m; along a line its period over 2π.
     pub fn new(forms: &Forms, patch: Patch, n: usize, radius: f64) -> Self {
-        Self::at(forms, patch, n, &SectionContact::level(radius))
+        Self::for_contact(forms, patch, n, &SectionContact::level(radius))
     }
 
     /// The loads of the order `n` on the spots of a contact, in its frame.
-    pub fn at(forms: &Forms, patch: Patch, n: usize, contact: &SectionContact) -> Self {
+    pub fn for_contact(forms: &Forms, patch: Patch, n: usize, contact: &SectionContact) -> Self {
         let mut nodes = Vec::new();
         for spot in contact.spots() {
             let turn = contact.turn(spot);
@@ -358,7 +358,7 @@ impl HalfSpaceLoad {
     }
 
     /// The same of all wavenumbers.
-    pub fn whole(&self) -> Square {
+    pub fn sum(&self) -> Square {
         self.up_to(FAR / self.patch.radius)
     }
 
@@ -416,7 +416,7 @@ mod tests {
         let load = HalfSpaceLoad { patch: Patch { radius: b }, shear: young / 2.6, poisson: nu };
         let normal = 0.6 * (1.0 - nu * nu) / (young * b);
         let tangential = normal * (2.0 - nu) / (2.0 * (1.0 - nu));
-        let all = load.whole();
+        let all = load.sum();
         for (k, wanted) in [tangential, tangential, normal].into_iter().enumerate() {
             assert!((all[k][k] / wanted - 1.0).abs() < 1e-6, "{:e} {wanted:e}", all[k][k]);
         }

@@ -40,12 +40,12 @@ struct SplitNewton {
 
 /// The parts, and others whose memory can be used again.
 #[derive(Default)]
-pub(super) struct Kept {
+pub(super) struct SolverCache {
     parts: Option<SplitNewton>,
     old: Option<SplitNewton>,
 }
 
-impl Kept {
+impl SolverCache {
     /// Forgets everything but the memory.
     pub(super) fn forget(&mut self) {
         self.old = self.parts.take().or(self.old.take());
@@ -70,11 +70,11 @@ pub(super) fn solve(
     target: f64,
     (x, y): (&[f64], Option<&[f64]>),
     shift: &[f64],
-    memory: &mut Kept,
+    memory: &mut SolverCache,
     effort: &mut Effort,
 ) -> Result<StepSolution, (Vec<f64>, Vec<f64>)> {
     let (k, l) = (p.nodes(), p.matrix.places());
-    let Kept { parts, old } = memory;
+    let SolverCache { parts, old } = memory;
     let parts = parts.get_or_insert_with(|| SplitNewton::new(p, old.take()));
     if !parts.seen.moves() {
         return Err((x.to_vec(), shift.to_vec()));
@@ -86,10 +86,10 @@ pub(super) fn solve(
     let mut exact = y.is_none();
     let mut now = if x.iter().any(|v| *v != 0.0) {
         let y = match y {
-            Some(y) => SoaVec3::of(y, l),
-            None => SoaVec3::of(&product(p, x, effort), l),
+            Some(y) => SoaVec3::from_interleaved(y, l),
+            None => SoaVec3::from_interleaved(&product(p, x, effort), l),
         };
-        Iterate { x: SoaVec3::of(x, l), shift: shift.to_vec(), y }
+        Iterate { x: SoaVec3::from_interleaved(x, l), shift: shift.to_vec(), y }
     } else {
         progress = 0.3;
         exact = true;
@@ -144,7 +144,7 @@ fn product(p: &StepProblem<'_>, x: &[f64], effort: &mut Effort) -> Vec<f64> {
 impl Iterate {
     /// Makes the response the one to the reactions.
     fn respond(&mut self, p: &StepProblem<'_>, effort: &mut Effort) {
-        self.y.take(&product(p, &self.x.give(p.nodes()), effort));
+        self.y.assign(&product(p, &self.x.give(p.nodes()), effort));
     }
 }
 

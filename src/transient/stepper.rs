@@ -2,7 +2,7 @@
 
 use faer::Mat;
 
-use super::aligned::{whole, AlignedVec};
+use super::aligned::{padded_len, AlignedVec};
 use super::border::Border;
 use super::delassus::DelassusOperator;
 use super::departure_point::{feet, DeparturePoint};
@@ -32,7 +32,7 @@ use integrated::Integrated;
 use roughness_gap::RoughnessGap;
 use step_drive::StepDrive;
 pub use step_result::{ContactProblemView, Fields, PatchReport, StepReport};
-use step_result::{End, NodeState};
+use step_result::{NodeState, StepEnd};
 use working_set::{InactiveNodes, WorkingSet};
 
 /// Gap of a node that cannot close in a step, m: more than any body moves.
@@ -134,14 +134,14 @@ impl<'a> Stepper<'a> {
     /// the future depends on is not all in the [`State`], so that the stepper cannot be [put](Self::put) elsewhere or
     /// [settled](Self::settle).
     pub fn over(model: Model<'a>, settings: Settings, state: State, motion: Box<dyn Dynamics + 'a>) -> Result<Self> {
-        let shapes = LowRankModes::whole(model.modes);
+        let shapes = LowRankModes::from_modes(model.modes);
         Self::made((model, shapes), settings, state, (motion, true))
     }
 
     /// A stepper of a contact without mass, behind which `motion` moves as it is told: reactions change nothing of it.
     /// Ψ of the `model` has a column for each of its coordinates.
     pub fn driven(model: Model<'a>, settings: Settings, state: State, motion: Box<dyn Dynamics + 'a>) -> Result<Self> {
-        let shapes = LowRankModes::whole(model.modes);
+        let shapes = LowRankModes::from_modes(model.modes);
         Self::made((model, shapes), settings, state, (motion, false))
     }
 
@@ -326,7 +326,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// The contact problem of the last step; none where other nodes came in since.
-    pub fn posed(&self) -> Option<ContactProblemView<'_>> {
+    pub fn problem_view(&self) -> Option<ContactProblemView<'_>> {
         let ws = &self.working;
         let nodes = &ws.nodes[..ws.core];
         let before = &self.before[..];
@@ -368,10 +368,12 @@ impl<'a> Stepper<'a> {
         let (q_free, v_free) = self.motion.free(&self.state.q, &self.state.v, &old_modal)?;
         // As the contact sees them.
         let q_seen = match self.motion.lag(&old_modal) {
-            Some(lag) => self.shapes.seen(&q_free.iter().zip(lag).map(|(q, l)| q + l).collect::<Vec<f64>>()),
-            None => self.shapes.seen(&q_free),
+            Some(lag) => {
+                self.shapes.contact_amplitudes(&q_free.iter().zip(lag).map(|(q, l)| q + l).collect::<Vec<f64>>())
+            }
+            None => self.shapes.contact_amplitudes(&q_free),
         };
-        let v_seen = if self.impact == Impact::Rigid { self.shapes.seen(&v_free) } else { Vec::new() };
+        let v_seen = if self.impact == Impact::Rigid { self.shapes.contact_amplitudes(&v_free) } else { Vec::new() };
         let drive = StepDrive::new(&self.settings.drive, &self.state, t, h);
         if drive.open != self.open {
             self.memory.forget();
@@ -440,7 +442,7 @@ impl<'a> Stepper<'a> {
             response[..3 * core].copy_from_slice(&solution.response);
             dense::add_columns(
                 &ws.around,
-                whole::<f64>(rows - 3 * core),
+                padded_len::<f64>(rows - 3 * core),
                 &solution.reaction,
                 &mut response[3 * core..],
             );
@@ -477,7 +479,7 @@ impl<'a> Stepper<'a> {
                 self.posed = b;
                 self.before = before;
                 let creep = along.map(|d| d / h);
-                break End { solution, response, free, modal, q, v, motions, creep };
+                break StepEnd { solution, response, free, modal, q, v, motions, creep };
             }
             rounds += 1;
             if rounds > 50 {
@@ -527,8 +529,8 @@ impl<'a> Stepper<'a> {
     }
 
     /// Takes the end of a step into the state.
-    fn take(&mut self, end: End, effort: Effort) {
-        let End { solution, response: mut u, free, modal, q, v, motions, creep } = end;
+    fn take(&mut self, end: StepEnd, effort: Effort) {
+        let StepEnd { solution, response: mut u, free, modal, q, v, motions, creep } = end;
         let h = self.settings.scheme.step;
         let gamma = self.motion.gamma();
         self.renew_friction(&solution);

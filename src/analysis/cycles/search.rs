@@ -29,7 +29,7 @@ impl Family for Search<'_> {
         let rolling = self.rolling(&job, &transient)?;
         let ready = rolling.ready()?;
         let model = ready.model(self.model.1);
-        let (_, settings) = ready.begin(&model, &rolling)?;
+        let (_, settings) = ready.initial_state(&model, &rolling)?;
         Ok(Conditions { settings, interface: ready.interface().clone() })
     }
 }

@@ -225,7 +225,7 @@ impl Walker<'_, '_> {
         let rolling = search.rolling(&job, &transient)?;
         let ready = rolling.ready()?;
         let model = ready.model(search.model.1);
-        let (mut state, settings) = ready.begin(&model, &rolling)?;
+        let (mut state, settings) = ready.initial_state(&model, &rolling)?;
         state.q.iter_mut().zip(&motion.q).for_each(|(q, d)| *q += d);
         state.v.iter_mut().zip(&motion.v).for_each(|(v, d)| *v += d);
         let resolution = search.resolution();
@@ -253,7 +253,7 @@ impl Walker<'_, '_> {
         let transient = search.transient()?;
         let rolling = search.rolling(&job, &transient)?;
         let ready = rolling.ready()?;
-        let (rest, _) = ready.begin(&ready.model(search.model.1), &rolling)?;
+        let (rest, _) = ready.initial_state(&ready.model(search.model.1), &rolling)?;
         // The motion at which a node at the contact reaches the velocity of the creepage.
         let omega = mode.value.im.abs();
         let creepage = rolling.contact.creepage;

@@ -21,6 +21,6 @@ mod steady;
 mod surface;
 
 pub(crate) use cells::{Cells, Law};
-pub(crate) use newton::{Effort, Memory, Posed};
+pub(crate) use newton::{CellProblem, Effort, Memory};
 pub use steady::{augmentation, ConsistentSolution, ConsistentSteady};
 pub use surface::Surface;

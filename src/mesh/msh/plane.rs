@@ -58,7 +58,7 @@ fn of_source(source: &mut dyn super::cursor::Source, name: &str) -> Result<Plane
 
 impl Read {
     /// Takes an element with the numbers of its nodes.
-    pub fn take(
+    pub fn add_element(
         &mut self,
         c: &Cursor,
         of: &ElementType,

@@ -29,7 +29,7 @@ impl Surface {
 
     /// The integral operators at a point (r, y): `[orders][2][nodes]` one after the other go to `take` as (order,
     /// node, [∫ G, ∫ ∂G/∂n′]).
-    pub fn at<K: Kernel>(
+    pub fn integrate<K: Kernel>(
         &self,
         at: [f64; 2],
         own: Option<usize>,

@@ -35,7 +35,7 @@ impl Layers {
 
     /// Integrates the kernel over `ring` at the point (r, y) `at` (m), with the wave number `k` (1/m). The point must
     /// not lie on the ring.
-    pub fn of(&mut self, ring: &Point, at: [f64; 2], k: f64) {
+    pub fn integrate(&mut self, ring: &Point, at: [f64; 2], k: f64) {
         let [dr, dy] = [ring.at[0] - at[0], ring.at[1] - at[1]];
         let across = 4.0 * at[0] * ring.at[0];
         let near = dr.hypot(dy);
@@ -100,7 +100,7 @@ impl Layers {
 
 impl Kernel for Layers {
     fn of(&mut self, source: &Point, at: [f64; 2], k: f64) -> &[[Complex64; 2]] {
-        Layers::of(self, source, at, k);
+        Layers::integrate(self, source, at, k);
         // A radian of the ring is as long as its radius.
         self.of_order.iter_mut().flatten().for_each(|v| *v *= source.at[0]);
         &self.of_order

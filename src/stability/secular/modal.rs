@@ -253,7 +253,7 @@ impl Modes {
     /// Modal sums of `bodies` with the functions of which they consist at these contact rows, and the functions there,
     /// `[3n, r]`, with the poles up to the angle `within`; none where the functions are not few, or a mode by itself
     /// does not oscillate. Those of the last state are taken where they serve.
-    pub fn at(bodies: &CoupledModel, rows: &[usize], within: f64) -> Option<(Rc<Self>, Mat<f64>)> {
+    pub fn build(bodies: &CoupledModel, rows: &[usize], within: f64) -> Option<(Rc<Self>, Mat<f64>)> {
         let last = Self::last().filter(|known| known.of.is_but_for_damping(bodies, within));
         let (modes, asked) = match last.and_then(|last| last.shapes(bodies, rows).map(|asked| (last, asked))) {
             Some((last, asked)) if last.of.damping == bodies.damping => (last, asked),
@@ -578,7 +578,7 @@ impl Part {
         let mut slopes = Vec::with_capacity(values.len());
         for (&lambda, own) in values.iter().zip(shares.chunks_exact_mut((columns * 2 * N).max(1))) {
             let mut parts: Vec<&mut [f64]> = own.chunks_exact_mut(columns.max(1)).collect();
-            slopes.push(self.terms.at(lambda, &mut parts));
+            slopes.push(self.terms.evaluate(lambda, &mut parts));
         }
         slopes.resize(values.len(), C::default());
         (&self.residues * MatRef::from_column_major_slice(&shares, columns, 2 * N * values.len()), slopes)

@@ -5,13 +5,13 @@ use crate::swept::builtin::finer_at;
 
 const STEEL_OF_WHEELS: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
 
-fn wheelset(mirrored: bool) -> Given {
+fn wheelset(mirrored: bool) -> SectionSource {
     let shape = WheelShape::w920s_wheelset();
-    Given::Wheel(Wheel { shape, offset: 0.0, height: None, mirrored })
+    SectionSource::Wheel(Wheel { shape, offset: 0.0, height: None, mirrored })
 }
 
 /// Bearings of the stiffness along x, y and z, N/m, 1 m from the middle on either side.
-fn suspended(given: &Given, stiffness: [f64; 3]) -> Forms {
+fn suspended(given: &SectionSource, stiffness: [f64; 3]) -> Forms {
     let section = given.for_modes().unwrap();
     let at = |y: f64| Bearing { place: [0.0, y], stiffness };
     let bearings = given.bearings(&section, &[at(-1.0), at(1.0)]).unwrap();
@@ -19,7 +19,7 @@ fn suspended(given: &Given, stiffness: [f64; 3]) -> Forms {
 }
 
 /// Modes of the order n up to `limit`, Hz, with their parity.
-fn modes(given: &Given, forms: &Forms, n: usize, limit: f64) -> (modes::Modes, Vec<f64>) {
+fn modes(given: &SectionSource, forms: &Forms, n: usize, limit: f64) -> (modes::Modes, Vec<f64>) {
     let mirror = Mirror::new(&forms.section, given.middle().unwrap()).unwrap();
     let mut modes = of_order(forms, n, 2.0 * PI * limit).unwrap();
     let parity = mirror.separate(forms, &mut modes);
@@ -50,7 +50,8 @@ fn the_wheelset_has_the_mass_of_its_parts() {
 /// With its seats clamped each wheel is the single one on its clamped bore.
 #[test]
 fn a_wheelset_on_clamped_seats_is_two_single_wheels() {
-    let single = Forms::new(Given::Wheel(Wheel::w920s(0.0)).for_modes().unwrap(), STEEL_OF_WHEELS, &["inner".into()]);
+    let single =
+        Forms::new(SectionSource::Wheel(Wheel::w920s(0.0)).for_modes().unwrap(), STEEL_OF_WHEELS, &["inner".into()]);
     let both = Forms::new(wheelset(false).for_modes().unwrap(), STEEL_OF_WHEELS, &[SEATS.into()]);
     let (single, both) = (single.unwrap(), both.unwrap());
     for n in 0..4 {
@@ -142,7 +143,7 @@ fn statics_of_a_body_that_turns_freely_leave_the_torsion_out() {
 }
 
 /// Γ⁻¹BΓ⁻¹ of contacts on the treads of both wheels, in the frame of the one that carries y = 0.
-fn both_treads(given: &Given, patch: Patch) -> (Mat<f64>, Vec<SectionContact>) {
+fn both_treads(given: &SectionSource, patch: Patch) -> (Mat<f64>, Vec<SectionContact>) {
     let across = 2.0 * given.middle().unwrap();
     let section = finer_at(given.for_loads(patch.radius).unwrap(), &[([0.46, across], patch.radius)]);
     let at = |y: f64| Bearing { place: [0.0, y], stiffness: [1e6; 3] };
@@ -167,10 +168,10 @@ fn both_wheels_act_on_each_other_by_the_modes_alone() {
     let mut rest = all.clone();
     for n in 0..40 {
         let (modes, _) = modes(&given, &forms, n, 6000.0);
-        let loads: Vec<LineLoad> = contacts.iter().map(|c| LineLoad::at(&forms, patch, n, c)).collect();
-        let found = modes::seen(modes.vectors.as_ref(), &loads);
+        let loads: Vec<LineLoad> = contacts.iter().map(|c| LineLoad::for_contact(&forms, patch, n, c)).collect();
+        let found = modes::contact_functions(modes.vectors.as_ref(), &loads);
         for k in (0..modes.omega.len()).filter(|k| modes.omega[*k] > 0.0) {
-            for family in 0..Seen::families(n) {
+            for family in 0..ContactModeData::families(n) {
                 let shares = [loads[0].shares(family), loads[1].shares(family)].concat();
                 let psi = Mat::from_fn(2 * LOADS, 1, |i, _| shares[i] * found[(i, k)] / modes.omega[k]);
                 rest -= &psi * psi.transpose();
@@ -198,7 +199,10 @@ fn left_and_right_are_mirror_images() {
         let given = wheelset(mirrored);
         let forms = suspended(&given, [1e6, 2e6, 1e6]);
         let (modes, parity) = modes(&given, &forms, n, 2000.0);
-        let found = modes::seen(modes.vectors.as_ref(), &[LineLoad::at(&forms, patch, n, &given.contact())]);
+        let found = modes::contact_functions(
+            modes.vectors.as_ref(),
+            &[LineLoad::for_contact(&forms, patch, n, &given.contact())],
+        );
         (modes.omega, parity, found)
     };
     for n in 0..4 {
