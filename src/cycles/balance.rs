@@ -245,11 +245,6 @@ impl<'a, 's> Balance<'a, 's> {
         Ok(Self { structure, conditions, resolution, stepper, course, unit })
     }
 
-    /// Number of the equations and of the coefficients of the motion: r (2H + 1).
-    pub fn size(&self) -> usize {
-        self.structure.rank() * (2 * self.resolution.harmonics + 1)
-    }
-
     /// Steps before the period whose forces are taken: as long as the material takes through the contact, and at a
     /// point a period.
     pub(super) fn forgetting(&self, memory: &ContactMemory, h: f64) -> usize {

@@ -7,7 +7,7 @@ mod block;
 mod check;
 mod lanczos;
 mod orthonormal;
-pub mod projection;
+pub(crate) mod projection;
 pub mod quadratic;
 mod slices;
 pub mod sparse;

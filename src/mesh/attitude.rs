@@ -67,11 +67,6 @@ impl Attitude {
     pub fn from_axis(&self) -> Option<f64> {
         self.revolved.map(|axis| self.centre[(axis + 1) % 3].hypot(self.centre[(axis + 2) % 3]))
     }
-
-    /// Length of the longest side, m.
-    pub fn extent(&self) -> f64 {
-        (0..3).map(|c| self.high[c] - self.low[c]).fold(0.0, f64::max)
-    }
 }
 
 #[cfg(test)]
@@ -104,7 +99,8 @@ mod tests {
         assert_eq!(found.revolved, Some(1));
         let distance = found.from_axis().expect("an axis");
         assert!((distance - 0.46).abs() < 1e-9, "{distance}");
-        assert!((found.volume - mesh.volume()).abs() < 1e-12 && (found.extent() - 0.92).abs() < 1e-3);
+        let longest = (0..3).map(|c| found.high[c] - found.low[c]).fold(0.0, f64::max);
+        assert!((found.volume - mesh.volume()).abs() < 1e-12 && (longest - 0.92).abs() < 1e-3);
         mesh.nodes.iter_mut().for_each(|x| *x = [x[1] + 3.0, x[2], x[0] + 4.0]);
         let found = Attitude::from_mesh(&mesh);
         assert_eq!(found.revolved, Some(0));

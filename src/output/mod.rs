@@ -12,7 +12,7 @@
 mod atomic_file;
 mod checksums;
 mod claim;
-pub mod datasets;
+pub(crate) mod datasets;
 mod dimensions;
 mod fields;
 mod modes;
@@ -27,7 +27,7 @@ mod sequence;
 pub mod surface;
 mod table;
 mod values;
-pub mod verdict;
+pub(crate) mod verdict;
 mod vtkhdf;
 
 pub use atomic_file::Leftovers;

@@ -42,14 +42,14 @@
 pub mod builtin;
 mod direction;
 mod formats;
-pub mod frame;
-pub mod gap;
-pub mod hertz;
+pub(crate) mod frame;
+pub(crate) mod gap;
+pub(crate) mod hertz;
 mod places;
 mod pose;
-pub mod profile;
+pub(crate) mod profile;
 pub mod read;
-pub mod spline;
+pub(crate) mod spline;
 mod touch;
 
 use crate::{Error, Result};

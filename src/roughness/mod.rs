@@ -9,7 +9,7 @@
 
 mod line;
 pub mod read;
-pub mod shape;
+pub(crate) mod shape;
 pub mod spectrum;
 mod surface;
 

@@ -5,9 +5,9 @@ pub mod criterion;
 pub mod dense;
 mod equilibrium;
 pub mod full;
-pub mod point;
+pub(crate) mod point;
 pub mod reduced;
-pub mod rightmost;
+pub(crate) mod rightmost;
 pub mod secular;
 pub mod sensitivity;
 

@@ -1,6 +1,6 @@
 //! Reuse of the reduced model of an earlier run whose bodies are the same.
 
-pub mod shapes;
+pub(crate) mod shapes;
 
 use crate::body::{Side, TraceModes};
 use crate::case::bodies::Bodies;

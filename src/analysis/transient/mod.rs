@@ -2,7 +2,7 @@
 
 mod fields;
 mod full;
-pub mod kept;
+pub(crate) mod kept;
 mod points;
 mod sound;
 mod time_loop;

@@ -3,12 +3,12 @@
 
 mod columns;
 pub mod completeness;
-pub mod coupling;
+pub(crate) mod coupling;
 mod damping;
 pub(super) mod inverse;
-pub mod pairs;
+pub(crate) mod pairs;
 mod part;
-pub mod residuals;
+pub(crate) mod residuals;
 mod rotation_correction;
 mod shift;
 pub mod system;
