@@ -20,6 +20,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 
+use super::rightmost;
 use crate::contact::{LinearContact, LinearNode};
 use crate::model::CoupledModel;
 use crate::{Error, Result};
@@ -122,7 +123,13 @@ impl Pencil {
         let mut roots = Vec::new();
         for ((lambda, residual), x) in values.iter().zip(self.residuals(&values, &vectors)).zip(vectors.col_iter()) {
             let norm = x.norm_l2();
-            let backward_error = residual / ((norms.0 + lambda.norm() * norms.1) * norm);
+            let mut vector: Vec<Complex<f64>> = x.iter().map(|x| x / norm).collect();
+            let mut backward_error = residual / ((norms.0 + lambda.norm() * norms.1) * norm);
+            if backward_error > tolerance {
+                // Of eigenvalues that are equal, as those of mirror images, the vectors come out mixed with others.
+                let start = Mat::from_fn(n, 1, |i, _| vector[i]);
+                (vector, backward_error) = rightmost::vector(self, *lambda, start);
+            }
             if backward_error > tolerance || backward_error.is_nan() {
                 return Err(Error::NotConverged(format!(
                     "reduced stability: the eigenvalue {:.6e} {:+.6e}i 1/s has a backward error of \
@@ -132,7 +139,7 @@ impl Pencil {
                     lambda.im * self.scales.rate
                 )));
             }
-            let vector = x.iter().map(|x| x.conj() / norm).collect();
+            vector.iter_mut().for_each(|x| *x = x.conj());
             roots.push(Root { value: lambda.conj(), vector, backward_error });
         }
         Ok(roots)
