@@ -95,7 +95,11 @@ def relaxing(table: ComplexModes) -> Integers:
 def by_stability(result: Result) -> tuple[str, str]:
     """Kind and sentence of an examination of stability."""
     table, names = ComplexModes.from_result(result), ModeNames.from_result(result)
-    unstable, relaxation = squealing(table), relaxing(table)
+    growing_modes, relaxation = squealing(table), relaxing(table)
+    lowest = infinite_from(result)
+    low = table.frequency[growing_modes] < lowest
+    unstable = growing_modes[~low]
+    ends = below(table, growing_modes[low], lowest)
     apart = ""
     if len(relaxation):
         count = "one eigenvalue grows" if len(relaxation) == 1 else f"{len(relaxation)} eigenvalues grow"
@@ -114,12 +118,30 @@ def by_stability(result: Result) -> tuple[str, str]:
             parts.append(cure)
         if apart:
             parts.append(f"apart from these, {apart}")
+        if ends:
+            parts.append(ends)
         return SQUEAL, "; ".join(parts) + "."
     limit = searched(result, table)
-    damped = least_damped(table, names)
+    damped = "; ".join(text for text in (ends, least_damped(table, names)) if text)
     if apart:
         return RELAXATION, f"No squealing mode found{limit}, but {apart}{'; ' + damped if damped else ''}."
     return QUIET, f"No squeal found{limit}{'; ' + damped if damped else ''}."
+
+
+def infinite_from(result: Result) -> float:
+    """Frequency below which growth depends on the ends of a rail of finite length, Hz; 0 without a rail."""
+    paths = [f"modes/{body}/infinite_from" for body in BODIES.values()]
+    return max((result.number(path) for path in paths if path in result), default=0.0)
+
+
+def below(table: ComplexModes, low: Integers, lowest: float) -> str:
+    """Growth of modes below the frequency `lowest`, Hz, in words; empty without such modes."""
+    if not len(low):
+        return ""
+    return (
+        f"growth at {listed(table.frequency[low])} ({rate(table, int(low[0]))}) depends on the ends of the rail, "
+        f"which is one of infinite length from {hertz(lowest)} on"
+    )
 
 
 def listed(frequency: Floats) -> str:

@@ -28,6 +28,7 @@ pub mod residual_flexibility;
 pub mod rigid;
 pub(crate) mod rigid_motions;
 pub mod rotation;
+pub mod separate_rails;
 pub mod statics;
 pub mod supports;
 pub mod swept;

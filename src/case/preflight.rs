@@ -101,7 +101,8 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
             let at = super::wheel_rail_geometry::Placed::at_contact(job, contact)?;
             at.refuse_sections(job)?;
             if number > 0 {
-                touching.push(format!("contact {}:", number + 1));
+                let wheel = at.wheel_of(job).map_or(String::new(), |wheel| format!(", {wheel}"));
+                touching.push(format!("contact {}{wheel}:", number + 1));
                 touching.extend(at.lines());
             }
             if wanted(job) {

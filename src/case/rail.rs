@@ -1,6 +1,7 @@
 //! A rail, as a job gives it.
 
 use crate::body::rail::{Rail as RailBody, RailSpec};
+use crate::body::separate_rails::SeparateRails;
 use crate::body::ContactSpec;
 use crate::fem::Material;
 use crate::job::{self, Extruded, Job, MeshSource, RailFile, RailSection};
@@ -330,6 +331,22 @@ pub(crate) fn told<'w>(
     Ok(rail)
 }
 
+/// The rails of both sides with the contacts of each, the one of the first contact first, told in the summary.
+pub(crate) fn both<'w>(
+    (world, summary): (&'w World, &mut Summary),
+    job: &Job,
+    body: (&str, &job::Body),
+    contacts: [&[RailContact]; 2],
+) -> Result<SeparateRails<'w>> {
+    let [first, second] = contacts;
+    let right = |of: &[RailContact]| of.first().and_then(|c| c.at).is_some_and(|at| at.right);
+    let names = [first, second].map(|of| if right(of) { "right" } else { "left" });
+    summary.line(format!("body {}: two rails without coupling, {} and {}", body.0, names[0], names[1]));
+    let one = told((world, summary), job, body, first)?;
+    let other = make(world, job, body, second)?;
+    Ok(SeparateRails::new(world, body.0, [(names[0], one), (names[1], other)]))
+}
+
 /// The lowest frequency that a job asks for a motion of the rail at, Hz.
 fn lowest(job: &Job) -> Option<f64> {
     let frequencies = job.analyses.receptance.as_ref()?.frequency.numbers().ok()?;
@@ -361,6 +378,22 @@ fn endless_along(bar: &Beam, track: &Track, ends: &Ends) -> Option<f64> {
     };
     let frequencies = std::iter::successors(Some(HIGHEST), |f| Some(f / NEXT)).take_while(|f| *f > 1.0);
     frequencies.take_while(|f| off(*f) <= ENDLESS).last()
+}
+
+/// The lowest frequency, Hz, from which on the rail of a body is one without ends along itself, as the summary tells
+/// it; none of another body, of a rail without dashpots at its ends, and of one that never is.
+///
+/// # Errors
+/// A section that cannot be read.
+pub fn endless_from(body: &job::Body) -> Result<Option<f64>> {
+    let Some(extruded) = extruded(body) else { return Ok(None) };
+    let track = body.track.clone().unwrap_or_default();
+    let m = body.elastic()?;
+    let material = Material { young: m.young, poisson: m.poisson, density: m.density };
+    let beam = section(extruded, given(extruded))?.beam(material, false, track.loss_factor)?;
+    let laid = laid(&track, beam.density * beam.area);
+    let ends = ends(&track, extruded.length, beam.speed()).filter(|ends| ends.along > 0.0);
+    Ok(ends.and_then(|ends| endless_along(&beam, &laid, &ends)))
 }
 
 /// An error that says how long a rail has to be if it is too short for the frequency `lowest`, Hz.

@@ -170,6 +170,8 @@ pub(crate) fn touched(body: &job::Body, seat: Seat, side: job::TrackSide) -> Res
 pub(crate) struct WheelContact {
     /// Its place on the profile.
     pub seat: Seat,
+    /// Side of the track of its wheel.
+    pub side: job::TrackSide,
     /// Lines of its grid along x and y, m; none where no analysis looks at the contact.
     pub lines: Option<[Vec<f64>; 2]>,
     /// Angle about the axle from the first contact, in the direction of x, rad.
@@ -236,23 +238,22 @@ fn bearings(body: &job::Body) -> Vec<Bearing> {
     suspension.places().iter().map(|&y| Bearing { place: [0.0, y], stiffness }).collect()
 }
 
-/// The wheel `body` of a placement on a side of the track with its contacts, the same on every rank.
+/// The wheel or wheelset `body` of a placement with its contacts, the same on every rank.
 pub(crate) fn wheel<'p>(
     told: (&'p World, &mut Summary),
     (name, body): (&str, &job::Body),
-    side: job::TrackSide,
     contacts: &[WheelContact],
 ) -> Result<Swept<'p>> {
     let first = contacts.first().ok_or_else(|| Error::Defect("a wheel of a placement without a contact".into()))?;
     let mut specs = Vec::new();
     for (number, contact) in contacts.iter().enumerate() {
         let Some([x, y]) = &contact.lines else { continue };
-        let WheelContact { seat, along, .. } = *contact;
+        let WheelContact { seat, side, along, .. } = *contact;
         let own = ContactSpec::own([&x[..], &y[..]], seat.tilt);
-        let place = RunningPlace { y: offset(seat, side), height: Some(seat.z) };
+        let place = RunningPlace { y: offset(seat, side), height: Some(seat.z), opposite: side != first.side };
         specs.push(if number == 0 { own } else { ContactSpec { place: Some(place), along, ..own } });
     }
-    made(told, (name, body), section_at(body, first.seat, side)?, (&specs, first.seat.tilt))
+    made(told, (name, body), section_at(body, first.seat, first.side)?, (&specs, first.seat.tilt))
 }
 
 /// The contact grid of a body in lower form; none of a job without contact.

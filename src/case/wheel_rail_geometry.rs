@@ -11,7 +11,7 @@ use crate::contact::half_space_estimate::PatchEstimate;
 use crate::contact::{Creepage, SPIN_SPACINGS};
 use crate::fem::rotation::Axis;
 use crate::grid::{ContactGrid, Interface, Transfer};
-use crate::job::{self, Job, Load, MeshSource, Profile};
+use crate::job::{self, ContactPlaces, ContactWheels, Job, Load, MeshSource, Profile};
 use crate::output::datasets;
 use crate::output::Table;
 use crate::parallel::World;
@@ -35,6 +35,8 @@ const DRAWN: f64 = 1e-3;
 
 /// A wheel on its rail at first touch, with all that the contact needs of them.
 pub struct Placed {
+    /// Side of the track.
+    side: job::TrackSide,
     placed: placement::Placed,
     frame: Frame,
     ellipse: Ellipse,
@@ -60,7 +62,7 @@ impl Placed {
         })
     }
 
-    /// The wheel of `job` at each of its contacts. For one rank.
+    /// The wheel of `job` at each of its contacts, or both wheels. For one rank.
     pub fn all(job: &Job) -> Result<Vec<Self>> {
         let contacts = job.contact.iter().flat_map(job::Contact::all);
         let mut all = contacts.map(|one| Self::at_contact(job, one)).collect::<Result<Vec<_>>>()?;
@@ -107,7 +109,7 @@ impl Placed {
         let creepage =
             Creepage { longitudinal: creepages.longitudinal, lateral: creepages.lateral, spin: creepages.spin };
         let spacings = if creepage.is_ruled_by_spin(ellipse.semi_axes) { SPIN_SPACINGS } else { 0.0 };
-        let several = job.contact.as_ref().is_some_and(|c| !c.further.is_empty());
+        let several = job.contact.as_ref().is_some_and(|c| c.places == ContactPlaces::All && !c.further.is_empty());
         for _ in 0..GROWN {
             let [x, y] = if several { rough_grid_lines(extent) } else { finer_grid_lines(extent, spacings) };
             let mut gap = placed.gap(&frame, &x, &y).map_err(named)?;
@@ -118,7 +120,7 @@ impl Placed {
                     gap = placed.gap(&frame, &x, &y).map_err(named)?;
                 }
                 let track = (given.curvature, given.yaw);
-                return Ok(Self { placed, frame, ellipse, creepages, gap, notes, track });
+                return Ok(Self { side: given.side, placed, frame, ellipse, creepages, gap, notes, track });
             }
             extent = [0, 1].map(|c| extent[c] * if beside[c] { GROWTH } else { 1.0 });
         }
@@ -129,6 +131,15 @@ impl Placed {
             1e3 * extent[0],
             1e3 * extent[1]
         )))
+    }
+
+    /// Name of the wheel, of a job with contacts at both wheels.
+    pub fn wheel_of(&self, job: &Job) -> Option<&'static str> {
+        job.contact.as_ref().filter(|c| c.wheels == ContactWheels::Both)?;
+        Some(match self.side {
+            job::TrackSide::Left => "left-hand wheel",
+            job::TrackSide::Right => "right-hand wheel",
+        })
     }
 
     /// Nodes of the grid.
@@ -156,7 +167,7 @@ impl Placed {
     /// An error where a section of `job` cannot be touched where the wheel stands.
     pub fn refuse_sections(&self, job: &Job) -> Result<()> {
         let [lower, upper] = self.placed.seats(&self.frame)?;
-        let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
+        let track = self.side;
         for (name, body) in job.bodies() {
             let checked = match &body.mesh {
                 Some(MeshSource::Extruded(rail)) => rail::touched(rail, on_rail(lower, track)),
@@ -462,14 +473,14 @@ pub(crate) fn build<'p>(
     let placed = world.on_root(|| Placed::all(job))?.unwrap_or_default();
     for (number, one) in placed.iter().enumerate() {
         if placed.len() > 1 {
-            summary.line(format!("contact {} of {}", number + 1, placed.len()));
+            let wheel = one.wheel_of(job).map_or(String::new(), |wheel| format!(", {wheel}"));
+            summary.line(format!("contact {} of {}{wheel}", number + 1, placed.len()));
         }
         one.lines().into_iter().for_each(|line| summary.line(line));
     }
     let moves = job.bodies().iter().any(|(_, body)| body.mesh.is_some());
     let sites = ContactSite::all(world, &placed)?;
     let first = sites.first().ok_or_else(|| missing("a contact"))?;
-    let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
     let touched = !job.analyses.on_contact().is_empty();
     let mut bodies = Bodies::none();
     for (name, body) in job.bodies() {
@@ -493,22 +504,21 @@ pub(crate) fn build<'p>(
         } else if moves {
             bodies.unique.push(match &body.mesh {
                 Some(MeshSource::Extruded(_)) => {
-                    let on = |site: &'_ ContactSite| rail::RailContact {
-                        at: Some(on_rail(site.seats[side.index()], track)),
-                        lines: touched.then(|| site.lines.clone()),
-                        along: first.ahead - site.ahead,
-                    };
-                    let contacts: Vec<rail::RailContact> = sites.iter().map(on).collect();
-                    Box::new(rail::told((world, summary), job, (name, body), &contacts)?)
+                    let [near, far] = [true, false].map(|near| on_one_rail(&sites, first.side, near, touched));
+                    match far.is_empty() {
+                        true => Box::new(rail::told((world, summary), job, (name, body), &near)?),
+                        false => Box::new(rail::both((world, summary), job, (name, body), [&near, &far])?),
+                    }
                 }
                 Some(MeshSource::Revolved(_)) => {
                     let on = |site: &'_ ContactSite| super::swept::WheelContact {
                         seat: site.seats[side.index()],
+                        side: site.side,
                         lines: touched.then(|| site.lines.clone()),
-                        along: (first.ahead - site.ahead) / site.radius,
+                        along: (first.from_axle - site.from_axle) / site.radius,
                     };
                     let contacts: Vec<super::swept::WheelContact> = sites.iter().map(on).collect();
-                    Box::new(super::swept::wheel((world, summary), (name, body), track, &contacts)?)
+                    Box::new(super::swept::wheel((world, summary), (name, body), &contacts)?)
                 }
                 _ => {
                     let m = body.elastic()?;
@@ -529,6 +539,17 @@ pub(crate) fn build<'p>(
     Ok(bodies)
 }
 
+/// The contacts of `sites` on the rail of the side `first`, or on the other one.
+fn on_one_rail(sites: &[ContactSite], first: job::TrackSide, near: bool, touched: bool) -> Vec<rail::RailContact> {
+    let own: Vec<&ContactSite> = sites.iter().filter(|site| (site.side == first) == near).collect();
+    let on = |site: &&ContactSite| rail::RailContact {
+        at: Some(on_rail(site.seats[Side::Lower.index()], site.side)),
+        lines: touched.then(|| site.lines.clone()),
+        along: own[0].ahead - site.ahead,
+    };
+    own.iter().map(on).collect()
+}
+
 /// Position of the contact on the rail on a side of the track.
 fn on_rail(seat: Seat, side: job::TrackSide) -> rail::At {
     rail::At { y: seat.y, z: Some(seat.z), right: side == job::TrackSide::Right, tilt: Some(seat.tilt) }
@@ -540,8 +561,12 @@ struct ContactSite {
     seats: [Seat; 2],
     /// Lines of its grid along x and y, m.
     lines: [Vec<f64>; 2],
-    /// Distance of its frame ahead of the axle, m.
+    /// Side of the track.
+    side: job::TrackSide,
+    /// Distance of its frame ahead of the middle of the axle along the track, m.
     ahead: f64,
+    /// Distance of its frame ahead of the axle, across it, m.
+    from_axle: f64,
     /// Rolling radius, m.
     radius: f64,
 }
@@ -553,7 +578,9 @@ impl ContactSite {
         let numbers = world.on_root(|| {
             let of = |p: &Placed| -> Result<Vec<f64>> {
                 let seats = seats(p)?.into_iter().flat_map(|s| [s.y, s.z, s.tilt]);
-                Ok(seats.chain([p.frame.origin()[0], p.placed.touch().radius]).collect())
+                let right = f64::from(u8::from(p.side == job::TrackSide::Right));
+                let ahead = [p.frame.origin()[0], p.placed.ahead_of_axle(&p.frame)];
+                Ok(seats.chain(ahead).chain([p.placed.touch().radius, right]).collect())
             };
             Ok(placed.iter().map(of).collect::<Result<Vec<_>>>()?.concat())
         })?;
@@ -563,9 +590,10 @@ impl ContactSite {
             let lines =
                 |of: fn(&Gap) -> &Vec<f64>| world.broadcast(placed.get(k).map_or(Vec::new(), |p| of(&p.gap).clone()));
             let lines = [lines(|g| &g.x), lines(|g| &g.y)];
-            Self { seats: [seat(0), seat(1)], lines, ahead: of[6], radius: of[7] }
+            let side = if of[9] > 0.5 { job::TrackSide::Right } else { job::TrackSide::Left };
+            Self { seats: [seat(0), seat(1)], side, lines, ahead: of[6], from_axle: of[7], radius: of[8] }
         };
-        Ok(numbers.chunks_exact(8).enumerate().map(site).collect())
+        Ok(numbers.chunks_exact(10).enumerate().map(site).collect())
     }
 }
 

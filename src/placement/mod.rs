@@ -554,6 +554,13 @@ impl Placed {
         Ok([rail, wheel])
     }
 
+    /// Distance of the origin of a frame ahead of the axle, m, across it: the other wheel of a yawed wheelset lies
+    /// behind or ahead of this one along the track, and not about the axle.
+    pub fn ahead_of_axle(&self, frame: &Frame) -> f64 {
+        let wheel = &self.pair.wheel;
+        wheel.inwards(pose::along(frame.origin, -1.0, wheel.centre()))[0]
+    }
+
     /// Direction of the axle in the frame of the program, `[3]`, with a positive y; in lower form, in which the wheel
     /// is described, its z is reversed.
     pub fn axle(&self, frame: &Frame) -> [f64; 3] {

@@ -163,6 +163,9 @@ pub struct RunningPlace {
     /// Height above the running circle of a profile, away from the axle, m; none of a contact on the tread of a wheel
     /// by its dimensions.
     pub height: Option<f64>,
+    /// True if it is on the other wheel of a wheelset, and `y` counts from the middle of the web of that one to its
+    /// flange.
+    pub opposite: bool,
 }
 
 /// Distance from a section within which an attachment is taken to be on it, m.
@@ -207,8 +210,14 @@ impl SectionSource {
                 SectionContact::on(Spot { radius, origin: [radius, beyond], angle: slope.atan(), share: 1.0 })
             }
             SectionSource::Wheel(wheel) => {
-                let there = Wheel { offset: place.y, height: place.height, ..wheel.clone() };
-                there.contact().shifted(beyond)
+                let there = wheel.touched_at(place);
+                match &wheel.shape.axle {
+                    Some(axle) if place.opposite => {
+                        let across = 2.0 * axle.middle - place.y - offset;
+                        there.contact().shifted(if mirrored { -across } else { across })
+                    }
+                    _ => there.contact().shifted(beyond),
+                }
             }
             SectionSource::Drawn { drawn, mirrored, .. } => {
                 let there = SectionSource::Drawn { drawn: Rc::clone(drawn), offset: place.y, mirrored: *mirrored };
@@ -220,13 +229,26 @@ impl SectionSource {
     /// The mesh for loads at the own contact and at other places, spread over circles of the radii `radii`, m, of which
     /// the first one is that of the own contact. Errors: a place where nothing can be touched.
     pub fn for_loads_at(&self, others: &[RunningPlace], radii: &[f64]) -> Result<Section> {
-        let section = self.for_loads(radii.first().copied().unwrap_or(f64::INFINITY))?;
+        let of_loads = |radius: f64| {
+            let [corner, largest] = self.sizes();
+            Focus { size: radius / 3.0, reach: 1.5 * radius, corner, largest }
+        };
+        let own = of_loads(radii.first().copied().unwrap_or(f64::INFINITY));
+        let mut rest: Vec<(RunningPlace, f64)> =
+            others.iter().copied().zip(radii[radii.len().min(1)..].iter().copied()).collect();
+        // The other wheel of a wheelset is meshed as the one of the own contact: mirror images stay mirror images.
+        let opposite = rest.iter().position(|(place, _)| place.opposite);
+        let section = match (self, opposite) {
+            (SectionSource::Wheel(wheel), Some(k)) => {
+                let (place, radius) = rest.remove(k);
+                wheel.section_with(own, Some((&wheel.touched_at(place), of_loads(radius))))?
+            }
+            _ => self.section(own)?,
+        };
         let mut spots = Vec::new();
-        for (&place, &radius) in others.iter().zip(&radii[radii.len().min(1)..]) {
+        for (place, radius) in rest {
             match self {
-                SectionSource::Wheel(wheel) => {
-                    Wheel { offset: place.y, height: place.height, ..wheel.clone() }.refuse_untouchable()?;
-                }
+                SectionSource::Wheel(wheel) => wheel.touched_at(place).refuse_untouchable()?,
                 SectionSource::Drawn { drawn, .. } => drawn.refuse_beside(place.y)?,
                 // A contact beside the tread is found when its loads are laid.
                 SectionSource::Cylinder(_) => (),
@@ -329,8 +351,7 @@ impl SectionSource {
 
     /// The mesh for loads spread over circles of the radius `radius`, m, and more.
     pub fn for_loads(&self, radius: f64) -> Result<Section> {
-        let [corner, largest] = self.sizes();
-        self.section(Focus { size: radius / 3.0, reach: 1.5 * radius, corner, largest })
+        self.for_loads_at(&[], &[radius])
     }
 
     /// Edge lengths at corners and at the most, m; a drawing has its own.

@@ -215,8 +215,9 @@ fn on_spot(forms: &Forms, patch: Patch, n: usize, spot: &Spot) -> Vec<(usize, [[
     for edge in &section.tread {
         let [first, last, middle] = edge.map(|i| spot.along(section.nodes[i]));
         let (low, high) = (first.max(-patch.radius), last.min(patch.radius));
-        // An edge along the normal of the spot carries none of its loads.
-        if high <= low || last - first < UPRIGHT * section.length(edge) {
+        // An edge along the normal of the spot carries none of its loads, nor does one of another wheel.
+        let elsewhere = forms.path == Path::Axle && spot.is_far_from(section.nodes[edge[2]]);
+        if high <= low || elsewhere || last - first < UPRIGHT * section.length(edge) {
             continue;
         }
         // t = middle + s (last − first)/2 + s² (first + last − 2 middle)/2 along the edge.

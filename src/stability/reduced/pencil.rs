@@ -5,6 +5,7 @@ use faer::Mat;
 use num_complex::Complex;
 
 use super::Eigenpair;
+use crate::stability::rightmost;
 use crate::{Error, Result};
 
 /// The pencil (A − λE) x = 0 in scaled variables x = (q, v, f).
@@ -52,7 +53,13 @@ impl Pencil {
         let mut roots = Vec::new();
         for ((lambda, residual), x) in values.iter().zip(self.residuals(&values, &vectors)).zip(vectors.col_iter()) {
             let norm = x.norm_l2();
-            let backward_error = residual / ((norms.0 + lambda.norm() * norms.1) * norm);
+            let mut vector: Vec<Complex<f64>> = x.iter().map(|x| x / norm).collect();
+            let mut backward_error = residual / ((norms.0 + lambda.norm() * norms.1) * norm);
+            if backward_error > tolerance {
+                // Of eigenvalues that are equal, as those of mirror images, the vectors come out mixed with others.
+                let start = Mat::from_fn(n, 1, |i, _| vector[i]);
+                (vector, backward_error) = rightmost::vector(self, *lambda, start);
+            }
             if backward_error > tolerance || backward_error.is_nan() {
                 return Err(Error::NotConverged(format!(
                     "reduced stability: the eigenvalue {:.6e} {:+.6e}i 1/s has a backward error of \
@@ -62,7 +69,7 @@ impl Pencil {
                     lambda.im * self.scales.rate
                 )));
             }
-            let vector = x.iter().map(|x| x.conj() / norm).collect();
+            vector.iter_mut().for_each(|x| *x = x.conj());
             roots.push(Root { value: lambda.conj(), vector, backward_error });
         }
         Ok(roots)

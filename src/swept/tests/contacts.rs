@@ -13,7 +13,8 @@ fn wide(contact_offset: f64) -> SectionSource {
 
 /// A of contacts on `given` at places y of the section, m, and angles about the axle, rad.
 fn between(given: &SectionSource, contacts: &[(f64, f64)], patches: &[Patch], every: bool) -> Mat<f64> {
-    let places: Vec<RunningPlace> = contacts.iter().map(|&(y, _)| RunningPlace { y, height: None }).collect();
+    let places: Vec<RunningPlace> =
+        contacts.iter().map(|&(y, _)| RunningPlace { y, height: None, opposite: false }).collect();
     let radii: Vec<f64> = patches.iter().map(|patch| patch.radius).collect();
     // The own contact of the section is that of the first.
     let forms = clamped(given.for_loads_at(&places[1..], &radii).unwrap(), STEEL);
@@ -207,7 +208,8 @@ fn modes_are_what_one_contact_does_to_the_other() {
     let contacts = [(-0.02, 0.0), (0.02, 0.3)];
     let all = between(&given, &contacts, &[CIRCLE; 2], false);
     let forms = clamped(given.for_modes().unwrap(), STEEL);
-    let at = |&(y, along): &(f64, f64)| given.contact_at(RunningPlace { y, height: None }).at_place(along);
+    let at =
+        |&(y, along): &(f64, f64)| given.contact_at(RunningPlace { y, height: None, opposite: false }).at_place(along);
     let places: Vec<SectionContact> = contacts.iter().map(at).collect();
     let mut left = Vec::new();
     for limit in [8e3, 32e3] {
@@ -276,7 +278,7 @@ fn near_contacts_are_off_by_so_much() {
 fn tread_and_flange_of_a_wheel_do_the_same_to_each_other() {
     let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
     let given = SectionSource::Wheel(Wheel { height: Some(0.0), ..Wheel::w920s(0.0) });
-    let flange = RunningPlace { y: 0.0385, height: Some(0.012) };
+    let flange = RunningPlace { y: 0.0385, height: Some(0.012), opposite: false };
     let both = |given: &SectionSource, there: RunningPlace| {
         let forms = clamped(given.for_loads_at(&[there], &[4e-3, 3e-3]).unwrap(), steel);
         let contacts = [given.contact(), given.contact_at(there)];
@@ -286,9 +288,11 @@ fn tread_and_flange_of_a_wheel_do_the_same_to_each_other() {
     let one = both(&given, flange);
     let other = {
         let given = SectionSource::Wheel(Wheel { height: flange.height, ..Wheel::w920s(flange.y) });
-        let forms =
-            clamped(given.for_loads_at(&[RunningPlace { y: 0.0, height: Some(0.0) }], &[3e-3, 4e-3]).unwrap(), steel);
-        let contacts = [given.contact(), given.contact_at(RunningPlace { y: 0.0, height: Some(0.0) })];
+        let forms = clamped(
+            given.for_loads_at(&[RunningPlace { y: 0.0, height: Some(0.0), opposite: false }], &[3e-3, 4e-3]).unwrap(),
+            steel,
+        );
+        let contacts = [given.contact(), given.contact_at(RunningPlace { y: 0.0, height: Some(0.0), opposite: false })];
         let patches = vec![Patch { radius: 3e-3 }, Patch { radius: 4e-3 }];
         whole_of(&Constant::of_contacts(&forms, &[patches], &contacts).unwrap()).swap_remove(0)
     };
@@ -303,7 +307,7 @@ fn tread_and_flange_of_a_wheel_do_the_same_to_each_other() {
             }
         }
     }
-    let beyond = RunningPlace { y: 0.05, height: Some(0.026) };
+    let beyond = RunningPlace { y: 0.05, height: Some(0.026), opposite: false };
     assert_eq!(given.for_loads_at(&[beyond], &[4e-3, 3e-3]).unwrap_err().exit_code(), 2);
 }
 

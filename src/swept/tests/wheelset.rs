@@ -1,7 +1,6 @@
 //! The benchmark wheelset.
 
 use super::*;
-use crate::swept::builtin::finer_at;
 
 const STEEL_OF_WHEELS: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
 
@@ -144,13 +143,14 @@ fn statics_of_a_body_that_turns_freely_leave_the_torsion_out() {
 
 /// Γ⁻¹BΓ⁻¹ of contacts on the treads of both wheels, in the frame of the one that carries y = 0.
 fn both_treads(given: &SectionSource, patch: Patch) -> (Mat<f64>, Vec<SectionContact>) {
-    let across = 2.0 * given.middle().unwrap();
-    let section = finer_at(given.for_loads(patch.radius).unwrap(), &[([0.46, across], patch.radius)]);
+    let there = RunningPlace { y: 0.0, height: None, opposite: true };
+    let section = given.for_loads_at(&[there], &[patch.radius; 2]).unwrap();
+    assert!(Mirror::new(&section, given.middle().unwrap()).is_some(), "the meshes of both wheels differ");
     let at = |y: f64| Bearing { place: [0.0, y], stiffness: [1e6; 3] };
     let bearings = given.bearings(&section, &[at(-1.0), at(1.0)]).unwrap();
     let forms = Forms::new(section, STEEL_OF_WHEELS, &[]).unwrap().on_bearings(&bearings);
-    let level = SectionContact::level(0.46);
-    let contacts = vec![level.clone(), level.shifted(across)];
+    let contacts = vec![given.contact(), given.contact_at(there)];
+    assert_eq!(contacts[1].origin(), [0.46, 2.0 * given.middle().unwrap()]);
     let constant = Constant::of_contacts(&forms, &[vec![patch; 2]], &contacts).unwrap();
     let mut memory = Vec::new();
     let parts = (0..constant.blocks.len()).map(|k| constant.block(k, &mut memory).unwrap());
@@ -185,9 +185,38 @@ fn both_wheels_act_on_each_other_by_the_modes_alone() {
     // Mirror images: forces along y and turns about x change their sign.
     let [own, other] = [[0, 0], [1, 1]].map(|c| pair_of(all.as_ref(), c));
     let odd = |k: usize| (k % 3 == 1) != (k / 3 == 2);
-    for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
+    for (i, j) in (0..81).map(|k| (k / 9, k % 9)) {
         let sign = if odd(i) == odd(j) { 1.0 } else { -1.0 };
-        assert!((own[i][j] - sign * other[i][j]).abs() < 2e-3 * own[i][i].abs().max(own[j][j].abs()), "{i} {j}");
+        assert!((own[i][j] - sign * other[i][j]).abs() < 1e-6 * own[i][i].abs().max(own[j][j].abs()), "{i} {j}");
+    }
+}
+
+/// A contact on the face of a flange loads its own wheel alone: both faces lie at the same radii. On the other wheel
+/// it is the mirror image.
+#[test]
+fn a_flange_contact_loads_one_wheel() {
+    let shape = WheelShape::w920s_wheelset();
+    let (patch, [y, height]) = (Patch { radius: 4e-3 }, [0.0385, 0.014]);
+    for mirrored in [false, true] {
+        let given = SectionSource::Wheel(Wheel { shape: shape.clone(), offset: y, height: Some(height), mirrored });
+        let middle = given.middle().unwrap();
+        let there = RunningPlace { y, height: Some(height), opposite: true };
+        let section = given.for_loads_at(&[there], &[patch.radius; 2]).unwrap();
+        let forms = Forms::new(section, STEEL_OF_WHEELS, &[]).unwrap();
+        let contacts = [given.contact(), given.contact_at(there)];
+        let [own, other] = [0, 1].map(|c: usize| contacts[c].origin());
+        assert!((own[1] + other[1] - 2.0 * middle).abs() < 1e-12 && own[0] == other[0], "{own:?} {other:?}");
+        for (contact, place) in contacts.iter().zip([own, other]) {
+            let columns = LineLoad::for_contact(&forms, patch, 3, contact).columns(forms.order());
+            let mut loaded = 0;
+            for (node, [_, y]) in forms.section.nodes.iter().enumerate() {
+                let Some(at) = forms.amplitude(node) else { continue };
+                let load = (0..3).map(|c| columns.row(at + c).norm_l2()).fold(0.0, f64::max);
+                assert!(load == 0.0 || (y - place[1]).abs() < 0.02, "{y} {place:?}");
+                loaded += usize::from(load > 0.0);
+            }
+            assert!(loaded > 3, "{loaded}");
+        }
     }
 }
 
