@@ -14,7 +14,7 @@ pub(crate) mod meshes;
 pub mod own_contact;
 pub(crate) mod positioned_mesh;
 pub mod preflight;
-pub mod rail;
+pub(crate) mod rail;
 pub(crate) mod roughness;
 pub(crate) mod stability_problem;
 pub mod surfaces;

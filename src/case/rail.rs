@@ -40,7 +40,7 @@ const ASKEW: f64 = 0.5;
 
 /// Position of the contact on a rail.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct At {
+pub struct RailContactPosition {
     /// To the right of the middle of the upright section, m.
     pub y: f64,
     /// Height over the middle of the head, m; none: that of the surface at y.
@@ -55,7 +55,7 @@ pub struct At {
 #[derive(Debug, Clone)]
 pub struct RailContact {
     /// Its place; none: where the job says.
-    pub at: Option<At>,
+    pub at: Option<RailContactPosition>,
     /// Lines of its grid along x and y, m; none where no analysis looks at the contact.
     pub lines: Option<[Vec<f64>; 2]>,
     /// Distance x along the rail from the first contact, m.
@@ -71,12 +71,12 @@ pub fn extruded(body: &job::Body) -> Option<&Extruded> {
 }
 
 /// Position of the contact without a placement.
-fn given(extruded: &Extruded) -> At {
-    At { y: extruded.contact_offset, z: None, right: false, tilt: None }
+fn given(extruded: &Extruded) -> RailContactPosition {
+    RailContactPosition { y: extruded.contact_offset, z: None, right: false, tilt: None }
 }
 
 /// Its section, with the contact point at a place of its head.
-fn section(extruded: &Extruded, at: At) -> Result<Rail> {
+fn section(extruded: &Extruded, at: RailContactPosition) -> Result<Rail> {
     let section = match (&extruded.section, extruded.section.built()) {
         (RailSection::File(file), _) => drawn(file, at).map(Rail::Drawn),
         (_, Some(rail)) => built(rail, at).map(Rail::Built),
@@ -97,7 +97,7 @@ fn section(extruded: &Extruded, at: At) -> Result<Rail> {
 }
 
 /// A built-in rail.
-fn built(rail: &'static crate::rails::Rail, at: At) -> Result<BuiltRail> {
+fn built(rail: &'static crate::rails::Rail, at: RailContactPosition) -> Result<BuiltRail> {
     match at.z {
         Some(z) => BuiltRail::near(rail, [at.y, z]),
         None => BuiltRail::new(rail, at.y),
@@ -105,7 +105,7 @@ fn built(rail: &'static crate::rails::Rail, at: At) -> Result<BuiltRail> {
 }
 
 /// The drawing in a file, x across the track, towards its middle of the left-hand rail, and y up.
-fn drawn(file: &RailFile, at: At) -> Result<DrawnRail> {
+fn drawn(file: &RailFile, at: RailContactPosition) -> Result<DrawnRail> {
     let named = |e: Error| e.context(format!("section {}", file.path.display()));
     let drawing = plane::read(&file.path)?;
     let nodes = drawing.nodes.iter().map(|&[x, y]| [file.scale * y, file.scale * x]).collect();
@@ -119,7 +119,7 @@ fn drawn(file: &RailFile, at: At) -> Result<DrawnRail> {
 }
 
 /// An error where a rail cannot be touched.
-pub(crate) fn touched(extruded: &Extruded, at: At) -> Result<()> {
+pub(crate) fn touched(extruded: &Extruded, at: RailContactPosition) -> Result<()> {
     section(extruded, at).map(|_| ())
 }
 
@@ -212,7 +212,7 @@ pub fn endless(job: &Job, reach: f64) -> Result<Option<EndlessRail>> {
             let track = body.track.clone().unwrap_or_default();
             let m = body.elastic()?;
             let material = Material { young: m.young, poisson: m.poisson, density: m.density };
-            let section = section(extruded, At { y: 0.0, z: None, right: false, tilt: None })?;
+            let section = section(extruded, RailContactPosition { y: 0.0, z: None, right: false, tilt: None })?;
             let angle = section.contact().angle;
             let meshed = section.for_modes()?;
             let laid = laid(&track, meshed.area() * m.density);
@@ -253,7 +253,8 @@ fn planned<'a>(
     let material = Material { young: m.young, poisson: m.poisson, density: m.density };
     let at = contacts.first().and_then(|c| c.at).unwrap_or_else(|| given(extruded));
     // A file is read by every rank, and may be there for some of them only.
-    let section_at = |at: At| section(extruded, at).map_err(|e| e.context(format!("bodies.{name}.mesh.extruded")));
+    let section_at =
+        |at: RailContactPosition| section(extruded, at).map_err(|e| e.context(format!("bodies.{name}.mesh.extruded")));
     let section = world.agree(section_at(at))?;
     let beam = |lateral| section.beam(material, lateral, track.loss_factor);
     let beams = [(0, beam(false)?), (2, beam(true)?)];
@@ -296,18 +297,8 @@ fn planned<'a>(
     Ok(Planned { making, beam, laid })
 }
 
-/// The rail `name` with its contacts.
-pub fn make<'w>(
-    world: &'w World,
-    job: &Job,
-    body: (&str, &job::Body),
-    contacts: &[RailContact],
-) -> Result<RailBody<'w>> {
-    RailBody::new(world, body.0, planned(world, job, body, contacts)?.making)
-}
-
-/// The rail of [`make`], told in the summary.
-pub(crate) fn told<'w>(
+/// The rail `name` with its contacts; its size and range of validity go to the summary.
+pub(crate) fn build<'w>(
     (world, summary): (&'w World, &mut Summary),
     job: &Job,
     body: (&str, &job::Body),
@@ -332,7 +323,7 @@ pub(crate) fn told<'w>(
 }
 
 /// The rails of both sides with the contacts of each, the one of the first contact first, told in the summary.
-pub(crate) fn both<'w>(
+pub(crate) fn build_both<'w>(
     (world, summary): (&'w World, &mut Summary),
     job: &Job,
     body: (&str, &job::Body),
@@ -342,8 +333,8 @@ pub(crate) fn both<'w>(
     let right = |of: &[RailContact]| of.first().and_then(|c| c.at).is_some_and(|at| at.right);
     let names = [first, second].map(|of| if right(of) { "right" } else { "left" });
     summary.line(format!("body {}: two rails without coupling, {} and {}", body.0, names[0], names[1]));
-    let one = told((world, summary), job, body, first)?;
-    let other = make(world, job, body, second)?;
+    let one = build((world, summary), job, body, first)?;
+    let other = RailBody::new(world, body.0, planned(world, job, body, second)?.making)?;
     Ok(SeparateRails::new(world, body.0, [(names[0], one), (names[1], other)]))
 }
 

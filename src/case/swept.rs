@@ -327,7 +327,7 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
         } else if rail::extruded(body).is_some() {
             let lines = grid.as_ref().map(|g| [g.x.clone(), g.y.clone()]);
             let contact = rail::RailContact { at: None, lines, along: 0.0 };
-            bodies.unique.push(Box::new(rail::told((world, summary), job, (name, body), &[contact])?));
+            bodies.unique.push(Box::new(rail::build((world, summary), job, (name, body), &[contact])?));
         } else {
             let lines = grid.as_ref().map(|g| [&g.x[..], &g.y[..]]);
             let contacts: Vec<_> = lines.map(|lines| ContactSpec::own(lines, 0.0)).into_iter().collect();

@@ -506,8 +506,8 @@ pub(crate) fn build<'p>(
                 Some(MeshSource::Extruded(_)) => {
                     let [near, far] = [true, false].map(|near| on_one_rail(&sites, first.side, near, touched));
                     match far.is_empty() {
-                        true => Box::new(rail::told((world, summary), job, (name, body), &near)?),
-                        false => Box::new(rail::both((world, summary), job, (name, body), [&near, &far])?),
+                        true => Box::new(rail::build((world, summary), job, (name, body), &near)?),
+                        false => Box::new(rail::build_both((world, summary), job, (name, body), [&near, &far])?),
                     }
                 }
                 Some(MeshSource::Revolved(_)) => {
@@ -551,8 +551,13 @@ fn on_one_rail(sites: &[ContactSite], first: job::TrackSide, near: bool, touched
 }
 
 /// Position of the contact on the rail on a side of the track.
-fn on_rail(seat: Seat, side: job::TrackSide) -> rail::At {
-    rail::At { y: seat.y, z: Some(seat.z), right: side == job::TrackSide::Right, tilt: Some(seat.tilt) }
+fn on_rail(seat: Seat, side: job::TrackSide) -> rail::RailContactPosition {
+    rail::RailContactPosition {
+        y: seat.y,
+        z: Some(seat.z),
+        right: side == job::TrackSide::Right,
+        tilt: Some(seat.tilt),
+    }
 }
 
 /// A contact of a wheel on its rail, known on every rank.
