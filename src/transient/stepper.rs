@@ -375,7 +375,7 @@ impl<'a> Stepper<'a> {
             core.append(&mut entering);
             self.gather(core)?;
         };
-        self.take(end, effort);
+        self.finish_step(end, effort);
         self.shrink()
     }
 

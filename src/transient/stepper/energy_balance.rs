@@ -9,7 +9,7 @@ use crate::transient::problem::Effort;
 
 impl Stepper<'_> {
     /// Takes the end of a step into the state.
-    pub(super) fn take(&mut self, end: StepEnd, effort: Effort) {
+    pub(super) fn finish_step(&mut self, end: StepEnd, effort: Effort) {
         let StepEnd { solution, response: mut u, free, modal, q, v, motions, creep } = end;
         let h = self.settings.scheme.step;
         let gamma = self.motion.gamma();
