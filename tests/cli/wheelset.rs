@@ -76,7 +76,7 @@ fn apart(value: &[f64; 2], others: &[[f64; 2]]) -> f64 {
 
 /// On clamped seats the axle does not couple the wheels: each eigenvalue of both wheels together is one of the inner
 /// wheel alone or of the outer one alone. The compliance of several contacts is summed over narrower blocks of orders,
-/// which changes that of a contact by some 0.1 % along x.
+/// which changes that of a contact by up to 0.1 %, and so does its part of the damping.
 #[test]
 fn wheels_on_clamped_seats_squeal_as_each_of_them_alone() {
     let mut job = both_wheels();
@@ -101,7 +101,8 @@ fn wheels_on_clamped_seats_squeal_as_each_of_them_alone() {
     let found = eigenvalues(&both);
     for value in &found {
         let apart = [&inner.0, &outer.0].map(|alone| apart(value, alone));
-        assert!(apart[0].min(apart[1]) < 1e-5, "{value:?}: {apart:?}");
+        let bound = 1e-6 + 1e-3 * value[0].abs() / value[0].hypot(value[1]);
+        assert!(apart[0].min(apart[1]) < bound, "{value:?}: {apart:?}");
         own[0] += usize::from(apart[1] > 1e-4);
         own[1] += usize::from(apart[0] > 1e-4);
     }
