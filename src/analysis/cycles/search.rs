@@ -100,7 +100,7 @@ impl<'a> Search<'a> {
             range: [wanted.from, wanted.to],
             most: wanted.most as usize,
             longest: wanted.longest,
-            located: super::LOCATED,
+            located: Some(super::LOCATED),
             stability: wanted.stability,
         }
     }
