@@ -1,29 +1,28 @@
 //! A wheel on a rail by their profiles, as a job places them: the grid of the contact, the gap, the creepages.
 
-use super::bodies::{material_of, of_elements, Bodies, Place};
 use super::meshes::Meshes;
 use super::positioned_mesh::{standing, PositionedMesh};
 use super::rail;
-use super::surfaces::beside_nodes;
-use crate::body::half_space::{HalfSpace, HalfSpaceBody};
+use crate::body::half_space::HalfSpace;
 use crate::body::Side;
 use crate::contact::half_space_estimate::PatchEstimate;
 use crate::contact::{Creepage, SPIN_SPACINGS};
-use crate::fem::rotation::Axis;
 use crate::grid::{ContactGrid, Interface, Transfer};
 use crate::job::{self, ContactPlaces, ContactWheels, Job, Load, MeshSource, Profile};
 use crate::output::datasets;
 use crate::output::Table;
 use crate::parallel::World;
-use crate::petsc::session::Petsc;
 use crate::placement::read::{read, ProfileKind, Reading, Vertical};
 use crate::placement::{
     self, builtin, finer_grid_lines, fitted_grid_lines, rough_grid_lines, Creepages, Ellipse, Frame, Gap, Motion,
     Placement, Position, Press, Seat,
 };
-use crate::progress::Progress;
-use crate::summary::Summary;
 use crate::{Error, Result};
+
+mod contact_sites;
+
+pub(crate) use contact_sites::build;
+use contact_sites::on_rail;
 
 /// By how much a grid grows whose border the contact may reach, and how often at the most.
 const GROWTH: f64 = 1.3;
@@ -458,148 +457,6 @@ pub(crate) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
     // The slip is known only now.
     job::range(&filled)?;
     Ok(Some(filled))
-}
-
-/// Collective: the two places of a wheel on a rail.
-pub(crate) fn build<'p>(
-    petsc: &'p Petsc<'p>,
-    job: &Job,
-    meshes: &Meshes,
-    progress: &mut Progress,
-    summary: &mut Summary,
-) -> Result<Bodies<'p>> {
-    let world = petsc.world();
-    progress.stage("placing the wheel");
-    let placed = world.on_root(|| Placed::all(job))?.unwrap_or_default();
-    for (number, one) in placed.iter().enumerate() {
-        if placed.len() > 1 {
-            let wheel = one.wheel_of(job).map_or(String::new(), |wheel| format!(", {wheel}"));
-            summary.line(format!("contact {} of {}{wheel}", number + 1, placed.len()));
-        }
-        one.lines().into_iter().for_each(|line| summary.line(line));
-    }
-    let moves = job.bodies().iter().any(|(_, body)| body.mesh.is_some());
-    let sites = ContactSite::all(world, &placed)?;
-    let first = sites.first().ok_or_else(|| missing("a contact"))?;
-    let touched = !job.analyses.on_contact().is_empty();
-    let mut bodies = Bodies::none();
-    for (name, body) in job.bodies() {
-        let side = Side::named(name).unwrap_or(Side::Lower);
-        let stands = match (placed.first(), &body.mesh) {
-            (Some(placed), Some(MeshSource::File(_))) => Some(placed.standing(job, meshes, name, body)),
-            _ => None,
-        };
-        let stands = world.agree(stands.transpose())?;
-        let transfer = stands.as_ref().map(|s| s.transfer.clone());
-        let grids: Vec<ContactGrid> = placed.iter().map(|p| p.grid(side, transfer.clone())).collect();
-        if matches!(body.mesh, Some(MeshSource::File(_))) {
-            let distance = world.broadcast(stands.as_ref().map_or(Vec::new(), |s| vec![s.axle]));
-            let axis = distance.first().filter(|_| body.rotates()).map(|&d| Axis::below(d));
-            if let Some(stands) = &stands {
-                summary.line(format!("body {name}: {}", stands.text));
-            }
-            progress.stage(format!("distribution and assembly, body {name}"));
-            let mesh = (stands.as_ref().map(|s| &s.mesh), grids.first());
-            bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), mesh, axis)?));
-        } else if moves {
-            bodies.unique.push(match &body.mesh {
-                Some(MeshSource::Extruded(_)) => {
-                    let [near, far] = [true, false].map(|near| on_one_rail(&sites, first.side, near, touched));
-                    match far.is_empty() {
-                        true => Box::new(rail::build((world, summary), job, (name, body), &near)?),
-                        false => Box::new(rail::build_both((world, summary), job, (name, body), [&near, &far])?),
-                    }
-                }
-                Some(MeshSource::Revolved(_)) => {
-                    let on = |site: &'_ ContactSite| super::swept::WheelContact {
-                        seat: site.seats[side.index()],
-                        side: site.side,
-                        lines: touched.then(|| site.lines.clone()),
-                        along: (first.from_axle - site.from_axle) / site.radius,
-                    };
-                    let contacts: Vec<super::swept::WheelContact> = sites.iter().map(on).collect();
-                    Box::new(super::swept::wheel((world, summary), (name, body), &contacts)?)
-                }
-                _ => {
-                    let m = body.elastic()?;
-                    let grid = Some([&first.lines[0][..], &first.lines[1][..]]).filter(|_| touched);
-                    Box::new(HalfSpaceBody::new(world, name, HalfSpace { young: m.young, poisson: m.poisson }, grid))
-                }
-            });
-        }
-        let index = bodies.unique.len().saturating_sub(1);
-        let laid = world.on_root(|| match (&stands, grids.first()) {
-            (Some(s), Some(grid)) if job.output.fields => beside_nodes(&s.mesh, grid, first.seats[side.index()].tilt),
-            _ => Ok(Vec::new()),
-        })?;
-        let laid = laid.unwrap_or_default();
-        let checksum = stands.map(|s| s.mesh.checksum()).unwrap_or_default();
-        bodies.places.push(Place { checksum, laid, ..Place::meshless((name, side), index, grids, material_of(body)?) });
-    }
-    Ok(bodies)
-}
-
-/// The contacts of `sites` on the rail of the side `first`, or on the other one.
-fn on_one_rail(sites: &[ContactSite], first: job::TrackSide, near: bool, touched: bool) -> Vec<rail::RailContact> {
-    let own: Vec<&ContactSite> = sites.iter().filter(|site| (site.side == first) == near).collect();
-    let on = |site: &&ContactSite| rail::RailContact {
-        at: Some(on_rail(site.seats[Side::Lower.index()], site.side)),
-        lines: touched.then(|| site.lines.clone()),
-        along: own[0].ahead - site.ahead,
-    };
-    own.iter().map(on).collect()
-}
-
-/// Position of the contact on the rail on a side of the track.
-fn on_rail(seat: Seat, side: job::TrackSide) -> rail::RailContactPosition {
-    rail::RailContactPosition {
-        y: seat.y,
-        z: Some(seat.z),
-        right: side == job::TrackSide::Right,
-        tilt: Some(seat.tilt),
-    }
-}
-
-/// A contact of a wheel on its rail, known on every rank.
-struct ContactSite {
-    /// Place of its frame on the rail and on the wheel.
-    seats: [Seat; 2],
-    /// Lines of its grid along x and y, m.
-    lines: [Vec<f64>; 2],
-    /// Side of the track.
-    side: job::TrackSide,
-    /// Distance of its frame ahead of the middle of the axle along the track, m.
-    ahead: f64,
-    /// Distance of its frame ahead of the axle, across it, m.
-    from_axle: f64,
-    /// Rolling radius, m.
-    radius: f64,
-}
-
-impl ContactSite {
-    /// Collective: the contacts that rank 0 has `placed`.
-    fn all(world: &World, placed: &[Placed]) -> Result<Vec<Self>> {
-        let seats = |p: &Placed| p.placed.seats(&p.frame).map_err(|e| e.context("contact.placement"));
-        let numbers = world.on_root(|| {
-            let of = |p: &Placed| -> Result<Vec<f64>> {
-                let seats = seats(p)?.into_iter().flat_map(|s| [s.y, s.z, s.tilt]);
-                let right = f64::from(u8::from(p.side == job::TrackSide::Right));
-                let ahead = [p.frame.origin()[0], p.placed.ahead_of_axle(&p.frame)];
-                Ok(seats.chain(ahead).chain([p.placed.touch().radius, right]).collect())
-            };
-            Ok(placed.iter().map(of).collect::<Result<Vec<_>>>()?.concat())
-        })?;
-        let numbers = world.broadcast(numbers.unwrap_or_default());
-        let site = |(k, of): (usize, &[f64])| {
-            let seat = |i: usize| Seat { y: of[3 * i], z: of[3 * i + 1], tilt: of[3 * i + 2] };
-            let lines =
-                |of: fn(&Gap) -> &Vec<f64>| world.broadcast(placed.get(k).map_or(Vec::new(), |p| of(&p.gap).clone()));
-            let lines = [lines(|g| &g.x), lines(|g| &g.y)];
-            let side = if of[9] > 0.5 { job::TrackSide::Right } else { job::TrackSide::Left };
-            Self { seats: [seat(0), seat(1)], side, lines, ahead: of[6], from_axle: of[7], radius: of[8] }
-        };
-        Ok(numbers.chunks_exact(10).enumerate().map(site).collect())
-    }
 }
 
 /// On rank 0: the tables of the placement of `job` and warnings, after its contacts were found not to reach the end of

@@ -4,7 +4,7 @@ use super::frame::{Creepages, Frame, Motion};
 use super::gap::Gap;
 use super::hertz::{Ellipse, Press};
 use super::touch::Close;
-use super::{frame, gap, pose, touch, Curvatures, Placed, Seat, Touch, WIDTH_OF_OVERLAP};
+use super::{frame, gap, pose, Curvatures, Placed, Seat, Touch, WIDTH_OF_OVERLAP};
 use crate::{Error, Result};
 
 impl Placed {

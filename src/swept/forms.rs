@@ -3,12 +3,12 @@
 //! signs of this module's families.
 
 mod axis;
+mod pairs;
 mod prestress;
 mod strains;
 
 use super::attached::{Attachment, Rings};
 use super::bearings::{Bearing, Bearings};
-use super::numbering::reverse_cuthill_mckee;
 use super::skyline_ldlt::{Envelope, Factor, BLOCK};
 use super::springs::EdgeSprings;
 use super::track::{Added, Track};
@@ -17,9 +17,10 @@ use crate::fem::Material;
 use crate::{Error, Result};
 use axis::AxisNodes;
 use faer::{Mat, MatRef};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::rc::Rc;
 
+use pairs::{number, Pairs};
 pub use prestress::Prestress;
 use strains::{add, brackets, scaled, IDENTITY, NOTHING};
 pub(super) use strains::{strains, stress};
@@ -69,29 +70,6 @@ impl Springs {
     /// These times a factor.
     pub fn times(&self, factor: f64) -> Self {
         Self { stiffness: scaled(&self.stiffness, factor), viscosity: scaled(&self.viscosity, factor) }
-    }
-}
-
-/// Pairs (a, b ≤ a) of free nodes that share an element, by rows.
-#[derive(Debug, Clone, Default)]
-struct Pairs {
-    start: Vec<usize>,
-    columns: Vec<usize>,
-}
-
-impl Pairs {
-    fn rows(&self) -> usize {
-        self.start.len() - 1
-    }
-
-    /// (a, b, index) of each.
-    fn iter(&self) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
-        (0..self.rows()).flat_map(move |a| (self.start[a]..self.start[a + 1]).map(move |k| (a, self.columns[k], k)))
-    }
-
-    fn find(&self, a: usize, b: usize) -> Option<usize> {
-        let row = &self.columns[self.start[a]..self.start[a + 1]];
-        row.binary_search(&b).ok().map(|k| self.start[a] + k)
     }
 }
 
@@ -484,36 +462,4 @@ impl Forms {
         }
         y
     }
-}
-
-/// Numbers of the free nodes of a section, and the pairs of them that share an element or are among `links`.
-fn number(section: &Section, free: &[bool], links: &[[usize; 2]]) -> (Vec<Option<usize>>, Pairs) {
-    let mut near = vec![BTreeSet::new(); section.nodes.len()];
-    links.iter().for_each(|[a, b]| {
-        near[*a].insert(*b);
-    });
-    for element in &section.elements {
-        for &a in element.nodes.iter().filter(|&&a| free[a]) {
-            near[a].extend(element.nodes.iter().copied().filter(|&b| free[b]));
-        }
-    }
-    let kept: Vec<usize> = (0..near.len()).filter(|&k| !near[k].is_empty()).collect();
-    let mut index = vec![None; near.len()];
-    kept.iter().enumerate().for_each(|(i, &k)| index[k] = Some(i));
-    let others = |k: usize| near[k].iter().filter(|&&b| b != k).filter_map(|&b| index[b]).collect();
-    let neighbours: Vec<Vec<usize>> = kept.iter().map(|&k| others(k)).collect();
-    // The running line comes last: of a solution under loads there nothing before it has to be made.
-    let tread = section.running_at(0.0);
-    let last: BTreeSet<usize> = tread.iter().flatten().filter_map(|&k| index[k]).collect();
-    let order = reverse_cuthill_mckee(&neighbours, &last.into_iter().collect::<Vec<usize>>());
-    let mut place = vec![None; near.len()];
-    order.iter().enumerate().for_each(|(new, &i)| place[kept[i]] = Some(new));
-    let mut pairs = Pairs { start: vec![0], columns: Vec::new() };
-    for (a, &i) in order.iter().enumerate() {
-        let mut row: Vec<usize> = near[kept[i]].iter().filter_map(|&b| place[b]).filter(|&b| b <= a).collect();
-        row.sort_unstable();
-        pairs.columns.extend(row);
-        pairs.start.push(pairs.columns.len());
-    }
-    (place, pairs)
 }
