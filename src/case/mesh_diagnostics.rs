@@ -32,7 +32,7 @@ pub(crate) fn diagnose(
     let side = if name == "upper" { "above" } else { "below" };
     let height = |z: f64| if name == "upper" { -z } else { z };
     let at = format!("bodies.{name}.mesh.file");
-    let axis = match (attitude.revolved, attitude.from_axis()) {
+    let axis = match (attitude.revolved, attitude.axis_distance()) {
         (Some(axis), Some(distance)) => {
             format!("axis of revolution along {}, {distance:.4} m from the contact point", NAMES[axis])
         }

@@ -64,7 +64,7 @@ impl Attitude {
     }
 
     /// Distance of the axis of revolution from the origin, m, where there is one.
-    pub fn from_axis(&self) -> Option<f64> {
+    pub fn axis_distance(&self) -> Option<f64> {
         self.revolved.map(|axis| self.centre[(axis + 1) % 3].hypot(self.centre[(axis + 2) % 3]))
     }
 }
@@ -97,7 +97,7 @@ mod tests {
         let mut mesh = ring();
         let found = Attitude::from_mesh(&mesh);
         assert_eq!(found.revolved, Some(1));
-        let distance = found.from_axis().expect("an axis");
+        let distance = found.axis_distance().expect("an axis");
         assert!((distance - 0.46).abs() < 1e-9, "{distance}");
         let longest = (0..3).map(|c| found.high[c] - found.low[c]).fold(0.0, f64::max);
         assert!((found.volume - mesh.volume()).abs() < 1e-12 && (longest - 0.92).abs() < 1e-3);
@@ -105,7 +105,7 @@ mod tests {
         let found = Attitude::from_mesh(&mesh);
         assert_eq!(found.revolved, Some(0));
         let expected = (4.0f64).hypot(0.46);
-        assert!((found.from_axis().expect("an axis") - expected).abs() < 1e-9, "{found:?}");
+        assert!((found.axis_distance().expect("an axis") - expected).abs() < 1e-9, "{found:?}");
         // Not a circle any more.
         mesh.nodes.iter_mut().for_each(|x| x[1] *= 1.1);
         assert_eq!(Attitude::from_mesh(&mesh).revolved, None);

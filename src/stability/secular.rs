@@ -17,21 +17,21 @@
 //! counts those inside. Where that is not certain, or anything else fails, there is no answer, and the whole spectrum
 //! of the dense pencil has to be taken.
 
-use super::reduced::{check, contact_rows, ContactRows, Eigenpair, Pencil, View};
+use super::reduced::{check, contact_rows, ContactRows, Eigenpair, View};
 use crate::contact::LinearContact;
 use crate::model::CoupledModel;
 use crate::Result;
 use errors::{Scaled, Vectors};
 use faer::Mat;
-use following::Following;
 use interpolated::Interpolated;
-use modal::{real_times, Modes};
+use modal::Modes;
 use num_complex::Complex;
 use small::Lu;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::rc::Rc;
 use terms::Charges;
 
+mod condensed;
 mod continued;
 mod count;
 mod errors;
@@ -42,6 +42,7 @@ mod modal;
 mod small;
 mod terms;
 
+use condensed::Condensed;
 pub use continued::{continued, KnownSpectrum};
 use count::left;
 pub use last::{begin_at, State};
@@ -140,65 +141,6 @@ struct Secular {
     relaxations: Vec<C>,
     /// Angle of the ray that bounds what is listed.
     angle: f64,
-}
-
-/// The contact in what it sees: rows (λ `by_rate` + `at_rest`) (y, f) = 0 and forces on y, `[r, r + nf]`.
-struct Condensed {
-    rows: ContactRows,
-    seen: usize,
-    following: Following,
-    /// Forces on y by the f of [`Following::turned`], `[r, nf]`.
-    turned: Mat<f64>,
-}
-
-impl Condensed {
-    fn new(mut rows: ContactRows, seen: usize, rate: f64) -> Self {
-        // Rows of one size.
-        for i in 0..rows.by_rate.nrows() {
-            let size = |j: usize| rows.by_rate[(i, j)].abs() * rate + rows.at_rest[(i, j)].abs();
-            let largest = (0..rows.by_rate.ncols()).map(size).fold(0.0, f64::max);
-            if largest > 0.0 {
-                for j in 0..rows.by_rate.ncols() {
-                    rows.by_rate[(i, j)] /= largest;
-                    rows.at_rest[(i, j)] /= largest;
-                }
-            }
-        }
-        let following = Following::new(&rows, seen, rate);
-        let turned = following.onto(rows.forces.as_ref().subcols(seen, rows.by_rate.nrows()));
-        Self { rows, seen, following, turned }
-    }
-
-    fn unknowns(&self) -> usize {
-        self.rows.by_rate.nrows()
-    }
-
-    /// Forces on y per y at λ, `[r, r]`.
-    fn stiffness(&self, lambda: C) -> Mat<C> {
-        self.forces(&self.following.turned(lambda))
-    }
-
-    /// The same where f follows y as [`Following::turned`] says.
-    fn forces(&self, turned: &Mat<C>) -> Mat<C> {
-        let r = self.seen;
-        let mut k = real_times(&self.turned, turned);
-        for j in 0..r {
-            for i in 0..r {
-                k[(i, j)] += self.rows.forces[(i, j)];
-            }
-        }
-        k
-    }
-
-    /// Eigenvalues of the contact by itself, y = 0, with Im ≥ 0, whose angle is at most `angle`; none where they are
-    /// not to be had.
-    fn relaxations(&self, rate: f64, angle: f64) -> Option<Vec<C>> {
-        let (r, nf) = (self.seen, self.unknowns());
-        let part = |of: &Mat<f64>, f: f64| Mat::from_fn(nf, nf, |i, j| f * of[(i, r + j)]);
-        let pencil = Pencil::scaled(part(&self.rows.at_rest, -1.0), part(&self.rows.by_rate, rate));
-        let values = pencil.values().ok()?;
-        Some(values.into_iter().map(|v| v * rate).filter(|v| v.im.atan2(v.re) <= angle).collect())
-    }
 }
 
 impl Secular {

@@ -10,7 +10,9 @@ use faer::Mat;
 use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
 
+mod on_contact;
 mod part;
+use on_contact::OnContact;
 use part::{functions, off};
 
 /// Frequencies that are looked at together: what is made for them stays near the processor.
@@ -184,45 +186,6 @@ pub(super) struct Modes {
     of: Given,
     /// The functions at the contact rows, once a state has asked for them.
     on_contact: Rc<OnceCell<OnContact>>,
-}
-
-/// The modes at all contact rows by the functions of which they consist at some of them.
-struct OnContact {
-    /// The modes, `[3n, modes]`.
-    shapes: Rc<Mat<f64>>,
-    /// The functions, `[3n, r]`.
-    functions: Mat<f64>,
-    /// Squares of the norms of the modes, and of what is left of them without the functions, of each body and row.
-    squares: [Vec<[f64; 2]>; 2],
-}
-
-thread_local! {
-    /// Modes at the contact rows; all states of the same bodies share them.
-    static SHAPES: RefCell<Option<Rc<Mat<f64>>>> = const { RefCell::new(None) };
-}
-
-impl OnContact {
-    /// The modes `psi`, `[3n, modes]`, of which those of each body lie between two of `ends`, by functions with the
-    /// amplitudes `basis`.
-    fn new(psi: &Mat<f64>, basis: &Mat<f64>, ends: [usize; 3]) -> Self {
-        let kept = SHAPES.with_borrow(|last| last.clone().filter(|last| **last == *psi));
-        let shapes = kept.unwrap_or_else(|| Rc::new(psi.clone()));
-        SHAPES.set(Some(shapes.clone()));
-        let functions = psi * basis.transpose();
-        let left = psi - &functions * basis;
-        let squares = [0, 1].map(|body| {
-            let mut squares = vec![[0.0; 2]; psi.nrows()];
-            for j in ends[body]..ends[body + 1] {
-                let both = psi.col_as_slice(j).iter().zip(left.col_as_slice(j));
-                squares.iter_mut().zip(both).for_each(|(s, (p, l))| {
-                    s[0] += p * p;
-                    s[1] += l * l;
-                });
-            }
-            squares
-        });
-        Self { shapes, functions, squares }
-    }
 }
 
 /// Inputs from which modes were computed.
