@@ -199,7 +199,7 @@ mod tests {
             for (dr, dy) in [(1e-7, 2e-7), (1e-4, 0.0), (0.003, -0.004), (-0.02, 0.01), (0.1, 0.15), (0.0, 7.5)] {
                 for k in [0.02, 3.0, 40.0, 130.0] {
                     let ring = Point { at: [f64::abs(r + dr), dy], normal };
-                    layers.of(&ring, [r, 0.0], k);
+                    layers.integrate(&ring, [r, 0.0], k);
                     for n in [0, 1, 3, 8, 12] {
                         let wanted = brute(&ring, [r, 0.0], k, n);
                         // Beside what the ring makes of a uniform strength: high orders of a distant ring are next to
@@ -223,7 +223,7 @@ mod tests {
     fn the_axis_sees_order_0_only() {
         let ring = Point { at: [0.3, 0.4], normal: [1.0, 0.0] };
         let mut layers = Layers::new(3);
-        layers.of(&ring, [0.0, 0.0], 5.0);
+        layers.integrate(&ring, [0.0, 0.0], 5.0);
         let g = Complex64::from_polar(2.0 * PI / (4.0 * PI * 0.5), -2.5);
         let wanted = [g, -(1.0 + Complex64::i() * 2.5) * g * 0.3 / 0.25];
         for (n, found) in layers.of_order.iter().enumerate() {
