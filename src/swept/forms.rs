@@ -20,7 +20,7 @@ use faer::{Mat, MatRef};
 use std::collections::HashMap;
 use std::rc::Rc;
 
-use pairs::{number, Pairs};
+use pairs::{number, NodePairs};
 pub use prestress::Prestress;
 use strains::{add, brackets, scaled, IDENTITY, NOTHING};
 pub(super) use strains::{strains, stress};
@@ -40,7 +40,7 @@ pub struct Forms {
     pub path: Path,
     /// Number of each node among those that are free to move.
     place: Vec<Option<usize>>,
-    pairs: Pairs,
+    pairs: NodePairs,
     envelope: Rc<Envelope>,
     /// K0, K1, K2 at each pair, N/m per radian of the angle.
     stiffness: [Vec<[[f64; 3]; 3]>; 3],

@@ -1,17 +1,17 @@
-//! Pairs of coupled nodes, and the numbers of the free ones.
+//! NodePairs of coupled nodes, and the numbers of the free ones.
 
 use crate::swept::numbering::reverse_cuthill_mckee;
 use crate::swept::Section;
 use std::collections::BTreeSet;
 
-/// Pairs (a, b ≤ a) of free nodes that share an element, by rows.
+/// NodePairs (a, b ≤ a) of free nodes that share an element, by rows.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Pairs {
+pub(super) struct NodePairs {
     start: Vec<usize>,
     pub(super) columns: Vec<usize>,
 }
 
-impl Pairs {
+impl NodePairs {
     pub(super) fn rows(&self) -> usize {
         self.start.len() - 1
     }
@@ -28,7 +28,7 @@ impl Pairs {
 }
 
 /// Numbers of the free nodes of a section, and the pairs of them that share an element or are among `links`.
-pub(super) fn number(section: &Section, free: &[bool], links: &[[usize; 2]]) -> (Vec<Option<usize>>, Pairs) {
+pub(super) fn number(section: &Section, free: &[bool], links: &[[usize; 2]]) -> (Vec<Option<usize>>, NodePairs) {
     let mut near = vec![BTreeSet::new(); section.nodes.len()];
     links.iter().for_each(|[a, b]| {
         near[*a].insert(*b);
@@ -49,7 +49,7 @@ pub(super) fn number(section: &Section, free: &[bool], links: &[[usize; 2]]) -> 
     let order = reverse_cuthill_mckee(&neighbours, &last.into_iter().collect::<Vec<usize>>());
     let mut place = vec![None; near.len()];
     order.iter().enumerate().for_each(|(new, &i)| place[kept[i]] = Some(new));
-    let mut pairs = Pairs { start: vec![0], columns: Vec::new() };
+    let mut pairs = NodePairs { start: vec![0], columns: Vec::new() };
     for (a, &i) in order.iter().enumerate() {
         let mut row: Vec<usize> = near[kept[i]].iter().filter_map(|&b| place[b]).filter(|&b| b <= a).collect();
         row.sort_unstable();
