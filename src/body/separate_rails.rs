@@ -2,7 +2,9 @@
 //!
 //! With the contacts on the first rail stacked before those on the second one, and modes of both in ascending order,
 //!
-//!     C = diag(C_1, C_2),   Ψ = diag(Ψ_1, Ψ_2) Q,   D = Qᵀ diag(D_1, D_2) Q
+//! ```text
+//! C = diag(C_1, C_2),   Ψ = diag(Ψ_1, Ψ_2) Q,   D = Qᵀ diag(D_1, D_2) Q
+//! ```
 //!
 //! with the compliances C_i, the modes Ψ_i at the contact rows and their damping D_i, and the permutation Q.
 

@@ -11,7 +11,7 @@ use crate::Result;
 /// ```
 /// let profile = railsqueal::placement::builtin::s1002()?;
 /// // z is down; the flange, at negative y, reaches below the running circle.
-/// assert!(profile.contains(0.0) && profile.at(0.0).z.abs() < 1e-6);
+/// assert!(profile.contains(0.0) && profile.local(0.0).z.abs() < 1e-6);
 /// # Ok::<(), railsqueal::Error>(())
 /// ```
 pub fn s1002() -> Result<Profile> {

@@ -8,7 +8,7 @@ use crate::{Error, Result};
 /// ```
 /// use railsqueal::sound::Bands;
 ///
-/// let bands = Bands::of(800.0, 1250.0);
+/// let bands = Bands::spanning(800.0, 1250.0);
 /// assert_eq!(bands.nominal(), [800.0, 1000.0, 1250.0]);
 /// assert!((bands.centres()[0] - 794.3).abs() < 0.1);
 /// ```

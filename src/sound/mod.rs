@@ -6,7 +6,7 @@
 //! of the modal velocities the sound power per hertz is W(f) = tr(R(f) S(f)), R being the real symmetric radiation
 //! resistance matrix of the modes (F. Fahy, P. Gardonio, *Sound and Structural Vibration*, 2nd ed., 2007, chapter 3).
 
-pub(crate) mod bands;
+pub mod bands;
 pub(crate) mod line;
 pub(crate) mod panels;
 pub(crate) mod power;
