@@ -90,8 +90,8 @@ impl Placed {
         Ok(Frame { side: self.side, origin, angle })
     }
 
-    /// Half extents along x and y of a contact in a frame, m, for [`grid_lines`]: those of the ellipse, or of the
-    /// overlap of the undeformed bodies where that is wider, as it is where curvatures change within the contact. A
+    /// Half extents along x and y of a contact in a frame, m, for [`super::grid_lines`]: those of the ellipse, or of
+    /// the overlap of the undeformed bodies where that is wider, as it is where curvatures change within the contact. A
     /// contact that reaches the border of its grid all the same needs a larger one.
     pub fn extent(&self, frame: &Frame, ellipse: &Ellipse) -> Result<[f64; 2]> {
         let [from, to] = self.pair.reach(&self.minima[0], ellipse.approach, self.bounds)?;
