@@ -133,7 +133,7 @@ impl Placed {
     /// Positions of the origin of a frame on the rail's and on the wheel's own drawings.
     ///
     /// # Errors
-    /// Where there is no wheel above the origin.
+    /// There is no wheel above the origin.
     pub fn seats(&self, frame: &Frame) -> Result<[Seat; 2]> {
         let sign = self.side.sign();
         let [_, y, z] = frame.origin;
