@@ -120,6 +120,8 @@ impl ContactMemory {
 pub(super) struct Marched {
     /// F: what the modes make of the forces less the motion, by the amplitude unit, `[r (2H + 1)]`.
     pub(super) lack: Vec<f64>,
+    /// Harmonics of the forces on what acts at the contact, as coefficients like those of the motion, `[r (2H + 1)]`.
+    pub(super) coefficients: Vec<f64>,
     /// The contact a period after the start.
     pub(super) memory: ContactMemory,
     /// Angular frequency, rad/s.
@@ -321,10 +323,14 @@ impl<'a, 's> Balance<'a, 's> {
             return Err(Error::Defect("limit cycles: a march without steps".into()));
         };
         let pushes: Vec<Vec<C>> = (0..samples.div_ceil(2)).map(|k| harmonic(&forces, k)).collect();
-        let mut lack = Vec::with_capacity(z.len());
+        let (mut lack, mut coefficients) = (Vec::with_capacity(z.len()), Vec::with_capacity(z.len()));
         for (k, push) in pushes.iter().enumerate().take(harmonics + 1) {
             let seen = self.structure.contact_response(k, self.exponent(k, omega, h), push)?;
             let own = |part: usize, i: usize| z[r * part + i];
+            coefficients.extend(push.iter().map(|p| p.re));
+            if k > 0 {
+                coefficients.extend(push.iter().map(|p| -p.im));
+            }
             if k == 0 {
                 lack.extend(seen.iter().enumerate().map(|(i, s)| s.re / self.unit - own(0, i)));
             } else {
@@ -332,7 +338,7 @@ impl<'a, 's> Balance<'a, 's> {
                 lack.extend(seen.iter().enumerate().map(|(i, s)| -s.im / self.unit - own(2 * k, i)));
             }
         }
-        Ok(Marched { lack, memory: after, omega, pushes, force, nodes, contact })
+        Ok(Marched { lack, coefficients, memory: after, omega, pushes, force, nodes, contact })
     }
 
     /// The motion at the phase 2πn/N, m √kg, `[r]`.

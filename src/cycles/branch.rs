@@ -1,12 +1,12 @@
 //! Branches of cycles over a key: pseudo-arclength continuation (H. B. Keller, in: Applications of Bifurcation Theory,
 //! 1977; E. L. Allgower, K. Georg, Numerical Continuation Methods, 1990), with the stability of each cycle.
 
+use super::contact_jacobian::ContactJacobian;
 pub use super::corrector::Family;
-use super::corrector::{norm, update, Condition, Corrected, Equations};
+use super::corrector::{norm, Condition, Corrected, Equations};
 use super::floquet::{multipliers, Multipliers};
 use super::{ContactMemory, PeriodicSolution};
 use crate::{Error, Result};
-use faer::Mat;
 
 /// Settings of a branch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -120,11 +120,15 @@ const BEND: f64 = 0.97;
 /// Motion, in units, that counts as rest.
 const REST: f64 = 0.02;
 /// The cycle at the key of `u`, from which branches begin.
-pub fn solve(equations: &mut Equations<'_, '_>, u: Vec<f64>, jacobian: &mut Option<Mat<f64>>) -> Result<Corrected> {
+pub fn solve(
+    equations: &mut Equations<'_, '_>,
+    u: Vec<f64>,
+    contact: &mut Option<ContactJacobian>,
+) -> Result<Corrected> {
     let mut row = vec![0.0; u.len()];
     row[u.len() - 1] = 1.0;
     let conditions = [equations.phase(&u), Condition { row, reference: u.clone() }];
-    equations.correct(u, &conditions, jacobian)
+    equations.correct(u, &conditions, contact)
 }
 
 /// A branch in one direction, as far as it was followed: everything that its next cycle depends on.
@@ -138,8 +142,8 @@ pub struct BranchState {
     pub(super) ahead: Vec<f64>,
     /// Length of the next step.
     pub(super) length: f64,
-    /// Jacobian near the last cycle.
-    pub(super) jacobian: Option<Mat<f64>>,
+    /// Contact forces near the last cycle.
+    pub(super) contact: Option<ContactJacobian>,
     /// The contact that the next march begins with.
     pub(super) memory: ContactMemory,
     /// Marches made for it.
@@ -147,15 +151,15 @@ pub struct BranchState {
 }
 
 impl BranchState {
-    /// The branch from `start` with the Jacobian `jacobian`, towards larger keys where `up`.
-    pub fn new(start: BranchPoint, jacobian: Mat<f64>, up: bool, extent: &BranchExtent) -> Self {
+    /// The branch from `start` with the contact forces `contact` near it, towards larger keys where `up`.
+    pub fn new(start: BranchPoint, contact: ContactJacobian, up: bool, extent: &BranchExtent) -> Self {
         let mut ahead = vec![0.0; start.u.len()];
         if let Some(last) = ahead.last_mut() {
             *last = if up { 1.0 } else { -1.0 };
         }
         let memory = start.cycle.begin.clone();
         let length = FIRST * extent.longest;
-        Self { points: vec![start], end: None, ahead, length, jacobian: Some(jacobian), memory, marches: 0 }
+        Self { points: vec![start], end: None, ahead, length, contact: Some(contact), memory, marches: 0 }
     }
 
     /// The same towards the other side; its marches are counted with the other one.
@@ -187,10 +191,10 @@ pub fn solve_under(
     equations: &mut Equations<'_, '_>,
     u: Vec<f64>,
     held: Condition,
-    jacobian: &mut Option<Mat<f64>>,
+    contact: &mut Option<ContactJacobian>,
 ) -> Result<Corrected> {
     let conditions = [equations.phase(&u), held];
-    equations.correct(u, &conditions, jacobian)
+    equations.correct(u, &conditions, contact)
 }
 
 /// Follows the branch `state` to its end. `step` is called after each cycle, with its special points, and says whether
@@ -207,9 +211,9 @@ pub fn follow(
     equations.memory = state.memory.clone();
     while state.end.is_none() {
         let before = equations.marches;
-        let mut walk = Walk { equations, extent, jacobian: state.jacobian.take() };
+        let mut walk = Walk { equations, extent, contact: state.contact.take() };
         let end = walk.one(state);
-        state.jacobian = walk.jacobian.take();
+        state.contact = walk.contact.take();
         state.end = match end {
             Err(e @ Error::NotConverged(_)) => Some(BranchEnd::Lost(e.to_string())),
             Err(e @ (Error::Job(_) | Error::Input(_))) => Some(BranchEnd::Model(e.to_string())),
@@ -227,7 +231,7 @@ pub fn follow(
 pub(super) struct Walk<'w, 'e, 'a> {
     pub(super) equations: &'w mut Equations<'e, 'a>,
     pub(super) extent: &'w BranchExtent,
-    pub(super) jacobian: Option<Mat<f64>>,
+    pub(super) contact: Option<ContactJacobian>,
 }
 
 impl Walk<'_, '_, '_> {
@@ -258,7 +262,7 @@ impl Walk<'_, '_, '_> {
                     }
                     // That of a cycle further back may have led astray.
                     if !std::mem::replace(&mut renewed, true) {
-                        self.jacobian = Some(self.equations.jacobian(&here.u)?);
+                        self.contact = Some(self.equations.derivatives(&here.u)?);
                     }
                 }
             }
@@ -308,37 +312,33 @@ impl Walk<'_, '_, '_> {
 
     /// The tangent at `here`, on the side of `before`.
     fn ahead(&self, here: &BranchPoint, before: &[f64]) -> Result<Vec<f64>> {
-        let Some(j) = &self.jacobian else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
-        self.equations.tangent(j, &self.equations.phase(&here.u), before)
+        let Some(contact) = &self.contact else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
+        self.equations.tangent(contact, &here.u, before)
     }
 
     /// The cycle a step of the length `length` ahead of `here`.
     fn reach(&mut self, here: &BranchPoint, tangent: &[f64], length: f64) -> Result<Corrected> {
         let guess: Vec<f64> = here.u.iter().zip(tangent).map(|(u, t)| u + length * t).collect();
-        let kept = (self.jacobian.clone(), self.equations.memory.clone());
+        let kept = (self.contact.clone(), self.equations.memory.clone());
         let conditions = [self.equations.phase(&here.u), Condition { row: tangent.to_vec(), reference: guess.clone() }];
-        let found = self.equations.correct(guess, &conditions, &mut self.jacobian);
+        let found = self.equations.correct(guess, &conditions, &mut self.contact);
         // A step that leads somewhere else is none.
         let found = found.and_then(|found| {
             let moved: Vec<f64> = found.u.iter().zip(&here.u).map(|(a, b)| a - b).collect();
             match norm(&moved) <= 3.0 * length {
-                true => Ok((found, moved)),
+                true => Ok(found),
                 false => Err(Error::NotConverged("limit cycles: a step along the branch leads away from it".into())),
             }
         });
-        let (found, moved) = match found {
-            Ok(found) => found,
-            Err(e) => {
-                (self.jacobian, self.equations.memory) = kept;
-                return Err(e);
-            }
-        };
-        // The equations hold at both ends.
-        if let Some(j) = &mut self.jacobian {
-            let zeros = vec![0.0; j.nrows()];
-            update(j, &moved, &zeros, &zeros);
+        if found.is_err() {
+            (self.contact, self.equations.memory) = kept;
+        } else if let (Some(before), Some(now)) = (kept.0, &mut self.contact) {
+            // The forces are known at both ends.
+            let moved: Vec<f64> = now.u.iter().zip(&before.u).map(|(a, b)| a - b).collect();
+            let force = now.force.clone();
+            now.update(&moved, &before.force, &force);
         }
-        Ok(found)
+        found
     }
 
     /// The cycle at the key `key` between `here` and `there`.
@@ -348,7 +348,7 @@ impl Walk<'_, '_, '_> {
         let part = if b == a { 0.0 } else { (key - a) / (b - a) };
         let mut u: Vec<f64> = here.u.iter().zip(&there.u).map(|(a, b)| a + part * (b - a)).collect();
         u[n - 1] = (key - self.equations.key[0]) / self.equations.key[1];
-        solve(self.equations, u, &mut self.jacobian)
+        solve(self.equations, u, &mut self.contact)
     }
 
     /// The cycle on the plane that divides the chord between `a` and `b` at `part`.
@@ -358,7 +358,7 @@ impl Walk<'_, '_, '_> {
         let length = norm(&chord);
         let row: Vec<f64> = chord.iter().map(|c| c / length).collect();
         let conditions = [self.equations.phase(&guess), Condition { row, reference: guess.clone() }];
-        self.equations.correct(guess, &conditions, &mut self.jacobian)
+        self.equations.correct(guess, &conditions, &mut self.contact)
     }
 
     /// A point with its multipliers.

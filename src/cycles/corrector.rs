@@ -1,11 +1,13 @@
 //! Newton's method on the equations of a cycle, bordered by a phase condition and by one more condition.
 //!
-//! The Jacobian comes from differences of marches: a march costs milliseconds, whatever the number of modes. Between
-//! such Jacobians it is updated by Broyden's rule (C. G. Broyden, Math. Comp. 19 (1965)), along a branch too. Marches
-//! are smooth but where a node changes its status; differences so small hardly ever meet such a change, and the
-//! matrix is the one with the statuses as they are: an element of the generalised Jacobian of the semi-smooth map.
+//! The derivatives of the contact forces come from differences of marches: a march costs milliseconds, whatever the
+//! number of modes. Between such derivatives they are updated by Broyden's rule (C. G. Broyden, Math. Comp. 19 (1965)),
+//! along a branch too. Marches are smooth but where a node changes its status; differences so small hardly ever meet
+//! such a change, and the matrix is the one with the statuses as they are: an element of the generalised Jacobian of
+//! the semi-smooth map. The modes enter exactly (see [`super::contact_jacobian`]).
 
 use super::balance::{Balance, Conditions, ContactMemory, Marched, PeriodicSolution, Resolution, Structure};
+use super::contact_jacobian::ContactJacobian;
 use crate::{Error, Result};
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::Mat;
@@ -15,9 +17,9 @@ pub trait Family {
     /// Conditions at the value `key`; an error where the model does not hold there, whose text ends the branch.
     fn at(&self, key: f64) -> Result<Conditions>;
 
-    /// Growth rate, 1/s, that motions have at the value `key`; that of cycles is 0.
-    fn growth(&self, _key: f64) -> f64 {
-        0.0
+    /// True if the key is the growth rate of the motion, 1/s; that of cycles is 0.
+    fn is_growth(&self) -> bool {
+        false
     }
 }
 
@@ -114,7 +116,7 @@ impl<'a> Equations<'_, 'a> {
     /// The equations under `conditions`, those at `key`.
     fn balance<'s>(&'s self, conditions: &'s Conditions, key: f64) -> Result<Balance<'a, 's>> {
         let balance = Balance::new(self.structure, conditions, self.resolution, self.unit, &self.memory)?;
-        Ok(balance.growing(self.family.growth(key)))
+        Ok(if self.family.is_growth() { balance.growing(key) } else { balance })
     }
 
     /// Size of the motion beside its mean.
@@ -122,45 +124,53 @@ impl<'a> Equations<'_, 'a> {
         norm(&u[self.structure.rank()..self.size()])
     }
 
-    /// The Jacobian at `u`, `[size, size + 2]`. All marches for it begin with the same contact: what it has not yet
-    /// forgotten at their end is far more than such small differences.
-    pub(super) fn jacobian(&mut self, u: &[f64]) -> Result<Mat<f64>> {
-        let lack = self.march(u)?.lack;
+    /// The contact forces at `u` with their derivatives. All marches for it begin with the same contact: what it has not
+    /// yet forgotten at their end is far more than such small differences.
+    pub(super) fn derivatives(&mut self, u: &[f64]) -> Result<ContactJacobian> {
+        let force = self.march(u)?.coefficients;
         let (n, omega, key) = (self.size(), self.omega_of(u), self.key_of(u));
         let conditions = self.family.at(key)?;
         let memory = self.memory.clone();
-        let mut j = Mat::zeros(n, n + 2);
+        let mut derivative = Mat::zeros(n, n + 2);
         let mut set = |column: usize, found: &[f64], by: f64| {
-            (0..n).for_each(|i| j[(i, column)] = (found[i] - lack[i]) / by);
+            (0..n).for_each(|i| derivative[(i, column)] = (found[i] - force[i]) / by);
         };
         let mut balance = self.balance(&conditions, key)?;
         let by = DIFFERENCE[0] * self.amplitude(u).max(1e-6);
         let mut z = u[..n].to_vec();
         for column in 0..n {
             z[column] += by;
-            set(column, &balance.march(&z, omega, &memory)?.lack, by);
+            set(column, &balance.march(&z, omega, &memory)?.coefficients, by);
             z[column] = u[column];
         }
         let by = DIFFERENCE[1] * u[n];
-        set(n, &balance.march(&z, omega + self.omega * by, &memory)?.lack, by);
+        set(n, &balance.march(&z, omega + self.omega * by, &memory)?.coefficients, by);
         drop(balance);
         self.marches += n + 1;
-        self.key_column(&mut j, u)?;
-        Ok(j)
+        let mut contact = ContactJacobian { u: u.to_vec(), force, derivative };
+        self.key_derivative(&mut contact)?;
+        Ok(contact)
     }
 
-    /// Makes the column of the key of a Jacobian at `u`.
-    pub fn key_column(&mut self, j: &mut Mat<f64>, u: &[f64]) -> Result<()> {
-        let lack = self.march(u)?.lack;
-        let (n, omega, key) = (self.size(), self.omega_of(u), self.key_of(u));
+    /// Makes the derivatives with respect to the key, and the forces, anew.
+    pub fn key_derivative(&mut self, contact: &mut ContactJacobian) -> Result<()> {
+        let u = contact.u.clone();
+        let (n, omega, key) = (self.size(), self.omega_of(&u), self.key_of(&u));
+        // The contact knows nothing of the growth rate.
+        if self.family.is_growth() {
+            (0..n).for_each(|i| contact.derivative[(i, n + 1)] = 0.0);
+            return Ok(());
+        }
+        let force = self.march(&u)?.coefficients;
         let by = DIFFERENCE[2];
         // On the other side where the model does not hold on the first.
         let (by, beside) = match self.family.at(key + self.key[1] * by) {
             Ok(conditions) => (by, conditions),
             Err(_) => (-by, self.family.at(key - self.key[1] * by)?),
         };
-        let found = self.balance(&beside, key + self.key[1] * by)?.march(&u[..n], omega, &self.memory)?.lack;
-        (0..n).for_each(|i| j[(i, n + 1)] = (found[i] - lack[i]) / by);
+        let found = self.balance(&beside, key + self.key[1] * by)?.march(&u[..n], omega, &self.memory)?.coefficients;
+        (0..n).for_each(|i| contact.derivative[(i, n + 1)] = (found[i] - force[i]) / by);
+        contact.move_to(&u, &force);
         self.marches += 1;
         Ok(())
     }
@@ -180,13 +190,13 @@ impl<'a> Equations<'_, 'a> {
         Condition { row, reference: u.to_vec() }
     }
 
-    /// The solution near `u` that meets both `conditions`. `jacobian` is one nearby, and becomes that at the end;
-    /// where it is none one is made.
+    /// The solution near `u` that meets both `conditions`. `contact` has the derivatives nearby, and becomes those at
+    /// the end; where there are none they are made.
     pub fn correct(
         &mut self,
         mut u: Vec<f64>,
         conditions: &[Condition; 2],
-        jacobian: &mut Option<Mat<f64>>,
+        contact: &mut Option<ContactJacobian>,
     ) -> Result<Corrected> {
         let mut found = self.march(&u)?;
         let (mut made, mut since) = (0, 0);
@@ -202,29 +212,29 @@ impl<'a> Equations<'_, 'a> {
             // A solution whose contact has not settled is looked at once more.
             if error <= SOLVED * aim || (iteration > 1 && since > 2 && error <= ACCEPTED * aim && made > 0) {
                 // A cycle that was a solution to begin with has none yet.
-                if jacobian.is_none() {
-                    *jacobian = Some(self.jacobian(&u)?);
+                if contact.is_none() {
+                    *contact = Some(self.derivatives(&u)?);
                 }
-                let cycle = self.structure.solution(found, self.resolution.harmonics)?;
-                return Ok(Corrected { u, cycle, iterations: iteration });
+                return self.corrected(u, found, contact, iteration);
             }
-            if jacobian.is_none() || (since >= PATIENCE && made < MOST_JACOBIANS) {
-                *jacobian = Some(self.jacobian(&u)?);
+            if contact.is_none() || (since >= PATIENCE && made < MOST_JACOBIANS) {
+                *contact = Some(self.derivatives(&u)?);
                 (made, since) = (made + 1, 0);
             }
-            let Some(j) = jacobian.as_mut() else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
-            let system = bordered(j, [&conditions[0].row, &conditions[1].row]).partial_piv_lu();
+            let Some(near) = contact.as_mut() else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
+            near.move_to(&u, &found.coefficients);
+            let j = self.assemble(near, &u);
+            let system = bordered(&j, [&conditions[0].row, &conditions[1].row]).partial_piv_lu();
             let step = correction(&system, &residual(&found.lack, &u))?;
             let size = norm(&step);
             // Near a resonance a force that is hardly wrong moves the modes far: what counts is the correction that a
             // residual asks for (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, natural monotonicity).
-            let settled = match self.family.growth(self.key_of(&u)) == 0.0 {
-                true => made > 0 && iteration > 1 && size <= SETTLED * aim,
-                false => iteration > 0 && size <= PASSING * aim,
+            let settled = match self.family.is_growth() && self.key_of(&u) != 0.0 {
+                true => iteration > 0 && size <= PASSING * aim,
+                false => made > 0 && iteration > 1 && size <= SETTLED * aim,
             };
             if settled && error <= WITHIN * aim {
-                let cycle = self.structure.solution(found, self.resolution.harmonics)?;
-                return Ok(Corrected { u, cycle, iterations: iteration });
+                return self.corrected(u, found, contact, iteration);
             }
             let mut factor = 1.0;
             let mut last: Option<(Vec<f64>, Marched, [f64; 2])> = None;
@@ -249,7 +259,7 @@ impl<'a> Equations<'_, 'a> {
                 return Err(Error::NotConverged("limit cycles: the contact of a march does not converge".into()));
             };
             let moved: Vec<f64> = next.iter().zip(&u).map(|(a, b)| a - b).collect();
-            update(j, &moved, &found.lack, &there.lack);
+            near.update(&moved, &found.coefficients, &there.coefficients);
             since += 1;
             if e > 0.5 * error && natural > 0.5 * size && made < MOST_JACOBIANS {
                 since = PATIENCE;
@@ -261,8 +271,7 @@ impl<'a> Equations<'_, 'a> {
         }
         let aim = self.amplitude(&u).max(1e-3);
         if error <= ACCEPTED * aim {
-            let cycle = self.structure.solution(found, self.resolution.harmonics)?;
-            return Ok(Corrected { u, cycle, iterations: MOST_ITERATIONS });
+            return self.corrected(u, found, contact, MOST_ITERATIONS);
         }
         Err(Error::NotConverged(format!(
             "limit cycles: Newton's method ends with a residual of {:.1e} of the motion at the key {:.8e}, expected \
@@ -272,12 +281,24 @@ impl<'a> Equations<'_, 'a> {
         )))
     }
 
-    /// The tangent of the branch at a solution with the Jacobian `j`, of length 1, on the side of `ahead`.
-    pub fn tangent(&self, j: &Mat<f64>, phase: &Condition, ahead: &[f64]) -> Result<Vec<f64>> {
-        let border = Condition { row: ahead.to_vec(), reference: vec![0.0; ahead.len()] };
-        let n = self.size();
-        let rows = [&phase.row, &border.row];
-        let a = bordered(j, rows);
+    /// The solution `u` with its march.
+    fn corrected(
+        &self,
+        u: Vec<f64>,
+        found: Marched,
+        contact: &mut Option<ContactJacobian>,
+        iterations: usize,
+    ) -> Result<Corrected> {
+        if let Some(near) = contact {
+            near.move_to(&u, &found.coefficients);
+        }
+        Ok(Corrected { u, cycle: self.structure.solution(found, self.resolution.harmonics)?, iterations })
+    }
+
+    /// The tangent of the branch at the solution `u`, of length 1, on the side of `ahead`.
+    pub fn tangent(&self, contact: &ContactJacobian, u: &[f64], ahead: &[f64]) -> Result<Vec<f64>> {
+        let (n, phase) = (self.size(), self.phase(u));
+        let a = bordered(&self.assemble(contact, u), [&phase.row, &ahead.to_vec()]);
         let b = Mat::from_fn(n + 2, 1, |i, _| if i == n + 1 { 1.0 } else { 0.0 });
         let t = a.partial_piv_lu().solve(b);
         let t: Vec<f64> = (0..n + 2).map(|i| t[(i, 0)]).collect();
@@ -307,24 +328,6 @@ fn correction(system: &PartialPivLu<f64>, residual: &[f64]) -> Result<Vec<f64>> 
     match step.iter().all(|v| v.is_finite()) {
         true => Ok(step),
         false => Err(Error::NotConverged("limit cycles: the Jacobian is singular".into())),
-    }
-}
-
-/// Broyden's update after a step `moved` from `before` to `after`.
-pub(super) fn update(j: &mut Mat<f64>, moved: &[f64], before: &[f64], after: &[f64]) {
-    let square: f64 = moved.iter().map(|v| v * v).sum();
-    if !(square > 0.0) {
-        return;
-    }
-    let n = j.nrows();
-    let gap: Vec<f64> = (0..n)
-        .map(|i| {
-            let foreseen: f64 = moved.iter().enumerate().map(|(k, m)| j[(i, k)] * m).sum();
-            (after[i] - before[i] - foreseen) / square
-        })
-        .collect();
-    for (k, m) in moved.iter().enumerate() {
-        (0..n).for_each(|i| j[(i, k)] += gap[i] * m);
     }
 }
 

@@ -8,9 +8,9 @@
 
 use super::balance::Conditions;
 use super::branch::{follow, solve_under, BranchEnd, BranchExtent, BranchPoint, BranchState};
+use super::contact_jacobian::ContactJacobian;
 use super::corrector::{Condition, Equations, Family};
 use crate::{Error, Result};
-use faer::Mat;
 
 /// Conditions that stay, the key being the growth rate, 1/s.
 pub struct GrowingMotion(pub Conditions);
@@ -20,8 +20,8 @@ impl Family for GrowingMotion {
         Ok(self.0.clone())
     }
 
-    fn growth(&self, key: f64) -> f64 {
-        key
+    fn is_growth(&self) -> bool {
+        true
     }
 }
 
@@ -33,18 +33,17 @@ const MOST: usize = 80;
 const FASTEST: f64 = 20.0;
 
 /// The cycle that begins with the small motion `u`: `equations` are those of a [`GrowingMotion`], whose key counts from
-/// the growth rate of the mode and has it as unit. With the Jacobian near it, in the units of the equations, whose last
-/// column is that of the growth rate.
-pub fn cycle_of_mode(equations: &mut Equations<'_, '_>, u: Vec<f64>) -> Result<(BranchPoint, Mat<f64>)> {
+/// the growth rate of the mode and has it as unit. With the contact forces near it, in the units of the equations.
+pub fn cycle_of_mode(equations: &mut Equations<'_, '_>, u: Vec<f64>) -> Result<(BranchPoint, ContactJacobian)> {
     let (r, n) = (equations.structure.rank(), equations.size());
     let rate = equations.key[0];
     let size = equations.amplitude(&u).max(f64::MIN_POSITIVE);
     let mut ahead = vec![0.0; u.len()];
     (r..n).for_each(|k| ahead[k] = u[k] / size);
-    let mut jacobian = None;
+    let mut contact = None;
     let held = Condition { row: ahead.clone(), reference: u.clone() };
-    let first = solve_under(equations, u, held, &mut jacobian)?;
-    let Some(jacobian) = jacobian else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
+    let first = solve_under(equations, u, held, &mut contact)?;
+    let Some(contact) = contact else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
     let key = equations.key_of(&first.u);
     if !(key > 0.0) {
         return Err(Error::NotConverged(format!(
@@ -55,11 +54,11 @@ pub fn cycle_of_mode(equations: &mut Equations<'_, '_>, u: Vec<f64>) -> Result<(
     let start = BranchPoint { key, u: first.u, cycle: first.cycle, multipliers: None, special: None };
     let extent =
         BranchExtent { range: [0.0, FASTEST * rate], most: MOST, longest: LONGEST, located: None, stability: false };
-    let mut branch = BranchState::new(start, jacobian, false, &extent).towards(ahead);
+    let mut branch = BranchState::new(start, contact, false, &extent).towards(ahead);
     follow(equations, &mut branch, &extent, &mut |_| Ok(true))?;
-    let BranchState { points, end, jacobian, .. } = branch;
-    match (points.into_iter().next_back(), end, jacobian) {
-        (Some(last), Some(BranchEnd::Range), Some(jacobian)) if last.key <= 1e-9 * rate => Ok((last, jacobian)),
+    let BranchState { points, end, contact, .. } = branch;
+    match (points.into_iter().next_back(), end, contact) {
+        (Some(last), Some(BranchEnd::Range), Some(contact)) if last.key <= 1e-9 * rate => Ok((last, contact)),
         (last, end, _) => Err(Error::NotConverged(format!(
             "limit cycles: motions of growing amplitude lead to no cycle: they end {}, growing with {:.3e} 1/s",
             end.map_or(String::new(), |e| e.text()),

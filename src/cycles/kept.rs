@@ -2,6 +2,7 @@
 
 use super::balance::{ContactMemory, PeriodicSolution};
 use super::branch::{BranchEnd, BranchPoint, BranchState, Special, SpecialKind};
+use super::contact_jacobian::ContactJacobian;
 use super::floquet::Multipliers;
 use faer::Mat;
 
@@ -169,11 +170,11 @@ impl BranchState {
         to.list(&self.ahead);
         to.many(&[self.length, self.marches as f64]);
         to.memory(&self.memory);
-        let rows = self.jacobian.as_ref().map_or(0, Mat::nrows);
-        to.one(rows as f64);
-        let entries =
-            self.jacobian.iter().flat_map(|j| (0..j.ncols()).flat_map(move |k| (0..rows).map(move |i| j[(i, k)])));
-        let entries: Vec<f64> = entries.collect();
+        let near = self.contact.as_ref();
+        to.list(near.map_or(&[], |c| &c.u));
+        to.list(near.map_or(&[], |c| &c.force));
+        let columns = near.iter().flat_map(|c| c.derivative.col_iter());
+        let entries: Vec<f64> = columns.flat_map(|c| c.iter().copied().collect::<Vec<_>>()).collect();
         to.list(&entries);
         to.0
     }
@@ -201,10 +202,14 @@ impl BranchState {
         let ahead = from.list()?;
         let (length, marches) = (from.one()?, from.count()?);
         let memory = from.memory()?;
-        let (rows, entries) = (from.count()?, from.list()?);
-        let fits = rows > 0 && entries.len() == rows * (rows + 2) && ahead.len() == rows + 2 && from.0.is_empty();
-        let jacobian = fits.then(|| Mat::from_fn(rows, rows + 2, |i, k| entries[rows * k + i]));
-        let own = points.iter().all(|p| p.u.len() == ahead.len());
-        (own && jacobian.is_some()).then_some(Self { points, end, ahead, length, jacobian, memory, marches })
+        let (u, force, entries) = (from.list()?, from.list()?, from.list()?);
+        let (rows, columns) = (force.len(), ahead.len());
+        let fits = rows > 0 && columns == rows + 2 && u.len() == columns && entries.len() == rows * columns;
+        if !fits || !from.0.is_empty() || points.iter().any(|p| p.u.len() != columns) {
+            return None;
+        }
+        let derivative = Mat::from_fn(rows, columns, |i, k| entries[rows * k + i]);
+        let contact = Some(ContactJacobian { u, force, derivative });
+        Some(Self { points, end, ahead, length, contact, memory, marches })
     }
 }

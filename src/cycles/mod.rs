@@ -15,6 +15,7 @@
 
 pub(crate) mod balance;
 pub(crate) mod branch;
+pub(crate) mod contact_jacobian;
 pub(crate) mod corrector;
 pub(crate) mod floquet;
 mod growing;
@@ -30,5 +31,6 @@ mod tests;
 
 pub use balance::{Conditions, ContactMemory, PeriodicSolution, Resolution, Structure};
 pub use branch::{BranchEnd, BranchExtent, BranchPoint, BranchState, Family, Special, SpecialKind};
+pub use contact_jacobian::ContactJacobian;
 pub use floquet::multipliers;
 pub use growing::{cycle_of_mode, GrowingMotion};

@@ -76,7 +76,7 @@ impl Walk<'_, '_, '_> {
             let part = (next - low.0) / (high.0 - low.0);
             let guess: Vec<f64> = low.2.iter().zip(&high.2).map(|(l, h)| l + part * (h - l)).collect();
             let conditions = [self.equations.phase(&guess), Condition { row: row.clone(), reference: guess.clone() }];
-            let there = match self.equations.correct(guess, &conditions, &mut self.jacobian) {
+            let there = match self.equations.correct(guess, &conditions, &mut self.contact) {
                 Ok(there) => there,
                 Err(Error::NotConverged(_)) => break,
                 Err(e) => return Err(e),

@@ -7,14 +7,15 @@ use crate::case::limit_cycle_point::LimitCyclePoint;
 use crate::case::transient_problem::scale;
 use crate::cycles::branch::{solve, solve_under};
 use crate::cycles::corrector::Condition;
-use crate::cycles::{cycle_of_mode, multipliers, BranchPoint, BranchState, ContactMemory, Family, GrowingMotion};
+use crate::cycles::{
+    cycle_of_mode, multipliers, BranchPoint, BranchState, ContactJacobian, ContactMemory, Family, GrowingMotion,
+};
 use crate::job::StartsBy;
 use crate::output::datasets::branches::{EarlierCycle, Onset};
 use crate::output::Reader;
 use crate::parallel::World;
 use crate::transient::{Scheme, Settings, State, Stepper};
 use crate::{Error, Result};
-use faer::Mat;
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
@@ -165,8 +166,8 @@ struct Guess {
     memory: ContactMemory,
     /// True if the amplitude is held in the place of the key.
     small: bool,
-    /// Jacobian nearby, but for its column of the key.
-    jacobian: Option<Mat<f64>>,
+    /// Contact forces nearby, but for their derivatives with respect to the key.
+    contact: Option<ContactJacobian>,
 }
 
 impl Walker<'_, '_> {
@@ -192,23 +193,23 @@ impl Walker<'_, '_> {
 
     /// The cycle near `guess`.
     fn near(&self, number: usize, guess: Guess) -> Result<BranchStart> {
-        let Guess { z, scale: [unit, omega, key], memory, small, mut jacobian } = guess;
+        let Guess { z, scale: [unit, omega, key], memory, small, mut contact } = guess;
         let mut equations = self.equations([unit, omega, key], memory);
         let mut u: Vec<f64> = z.iter().map(|z| z / unit).collect();
         u.extend([1.0, 0.0]);
-        if let Some(j) = &mut jacobian {
+        if let Some(contact) = &mut contact {
             equations.settle(&u)?;
-            equations.key_column(j, &u)?;
+            equations.key_derivative(contact)?;
         }
         let r = self.structure.rank();
         let mut ahead = vec![0.0; u.len()];
         let found = match small {
-            false => solve(&mut equations, u, &mut jacobian)?,
+            false => solve(&mut equations, u, &mut contact)?,
             true => {
                 let size = u[r..z.len()].iter().map(|u| u * u).sum::<f64>().sqrt();
                 (r..z.len()).for_each(|k| ahead[k] = u[k] / size);
                 let held = Condition { row: ahead.clone(), reference: u.clone() };
-                solve_under(&mut equations, u, held, &mut jacobian)?
+                solve_under(&mut equations, u, held, &mut contact)?
             }
         };
         if equations.amplitude(&found.u) < SMALL / 4.0 {
@@ -219,9 +220,9 @@ impl Walker<'_, '_> {
             true => Some(multipliers(self.structure, &self.search.at(key)?, &found.cycle, self.search.resolution())?),
             false => None,
         };
-        let Some(jacobian) = jacobian else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
+        let Some(contact) = contact else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
         let point = BranchPoint { key, u: found.u, cycle: found.cycle, multipliers: values, special: None };
-        let mut state = BranchState::new(point, jacobian, true, &self.search.extent());
+        let mut state = BranchState::new(point, contact, true, &self.search.extent());
         state.marches = equations.marches;
         if small {
             state = state.towards(ahead);
@@ -238,13 +239,13 @@ impl Walker<'_, '_> {
         equations.key = [rate, rate];
         let mut u: Vec<f64> = z.iter().map(|z| z / unit).collect();
         u.extend([1.0, 0.0]);
-        let (cycle, mut jacobian) = cycle_of_mode(&mut equations, u)?;
+        let (cycle, contact) = cycle_of_mode(&mut equations, u)?;
         // In the units of the cycle.
         let (n, size, period) = (z.len(), equations.amplitude(&cycle.u), cycle.u[z.len()]);
-        (0..n).for_each(|i| jacobian[(i, n)] *= period / size);
+        let contact = contact.in_units(size, period, 0.0);
         let scale = [unit * size, omega * period, key];
         let z = cycle.u[..n].iter().map(|u| u * unit).collect();
-        Ok(Guess { z, scale, memory: cycle.cycle.begin, small: false, jacobian: Some(jacobian) })
+        Ok(Guess { z, scale, memory: cycle.cycle.begin, small: false, contact: Some(contact) })
     }
 
     /// The motion that the mode of the rank `mode` leads to at `key`, marched.
@@ -273,7 +274,7 @@ impl Walker<'_, '_> {
         let z = structure.follow(&mut stepper, resolution)?;
         let unit = z[structure.rank()..].iter().map(|z| z * z).sum::<f64>().sqrt();
         let memory = memory_of(stepper.state());
-        Ok(Guess { z, scale: [unit, 2.0 * PI / motion.period, key], memory, small: false, jacobian: None })
+        Ok(Guess { z, scale: [unit, 2.0 * PI / motion.period, key], memory, small: false, contact: None })
     }
 
     /// The small motion along the mode of the rank `mode` at `key`, and its growth rate, 1/s: 0 at a threshold of rest.
@@ -305,7 +306,7 @@ impl Walker<'_, '_> {
         z.extend(first.iter().map(|z| -SMALL * z.im));
         z.resize(structure.rank() * (2 * search.resolution().harmonics + 1), 0.0);
         let memory = memory_of(&rest);
-        Ok((Guess { z, scale: [unit, omega, key], memory, small: true, jacobian: None }, mode.value.re))
+        Ok((Guess { z, scale: [unit, omega, key], memory, small: true, contact: None }, mode.value.re))
     }
 
     /// A cycle of an earlier result, as the modes of this job have it.
@@ -326,7 +327,7 @@ impl Walker<'_, '_> {
             friction: earlier.friction.clone(),
             motions: vec![earlier.approach],
         };
-        Guess { z, scale: [unit, omega, earlier.key], memory, small: false, jacobian: None }
+        Guess { z, scale: [unit, omega, earlier.key], memory, small: false, contact: None }
     }
 }
 

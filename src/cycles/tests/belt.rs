@@ -58,7 +58,7 @@ fn equations<'e, 'a>(
 }
 
 /// The cycle whose velocity has `amplitude` (m/s) in the first mode, with the velocity of the belt unknown.
-fn smooth(equations: &mut Equations<'_, '_>, amplitude: f64) -> (f64, Vec<f64>, PeriodicSolution, Mat<f64>) {
+fn smooth(equations: &mut Equations<'_, '_>, amplitude: f64) -> (f64, Vec<f64>, PeriodicSolution, ContactJacobian) {
     let r = equations.structure.rank();
     let v = equations.key[0];
     let mu = equations.family.at(v).unwrap().settings.friction.coefficient(v);
@@ -72,9 +72,9 @@ fn smooth(equations: &mut Equations<'_, '_>, amplitude: f64) -> (f64, Vec<f64>, 
     let mut row = vec![0.0; u.len()];
     row[r] = 1.0;
     let conditions = [equations.phase(&u), Condition { row, reference: u.clone() }];
-    let mut jacobian = None;
-    let found = equations.correct(u, &conditions, &mut jacobian).unwrap();
-    (equations.key_of(&found.u), found.u, found.cycle, jacobian.unwrap())
+    let mut contact = None;
+    let found = equations.correct(u, &conditions, &mut contact).unwrap();
+    (equations.key_of(&found.u), found.u, found.cycle, contact.unwrap())
 }
 
 /// A stepper in the cycle, with the velocity of the last mode changed by `change` (m/s).
@@ -235,11 +235,11 @@ fn with_second_mode(frequency: f64, damping: f64) -> (Vec<BranchPoint>, Modes) {
     let structure = Structure::new(modes.model(&belt)).unwrap();
     let resolution = Resolution { harmonics: 6, samples: 240 };
     let mut equations = equations(&belt, &structure, resolution, onset());
-    let (key, u, cycle, jacobian) = smooth(&mut equations, 0.1);
+    let (key, u, cycle, contact) = smooth(&mut equations, 0.1);
     let values = multipliers(&structure, &belt.at(key).unwrap(), &cycle, resolution).unwrap();
     let start = BranchPoint { key, u, cycle, multipliers: Some(values), special: None };
     let extent = BranchExtent { range: [0.3, 0.64], most: 40, longest: 0.1, located: Some(1e-6), stability: true };
-    let mut branch = BranchState::new(start, jacobian, true, &extent);
+    let mut branch = BranchState::new(start, contact, true, &extent);
     let found = |p: &BranchPoint| p.special.is_some_and(|s| matches!(s.kind, SpecialKind::Torus | SpecialKind::Flip));
     follow(&mut equations, &mut branch, &extent, &mut |state| Ok(!state.points.iter().any(found))).unwrap();
     drop(structure);
@@ -301,10 +301,10 @@ fn branch_ends_with_the_reason_where_the_model_does() {
     let structure = Structure::new(modes.model(&slow.0)).unwrap();
     let resolution = Resolution { harmonics: 6, samples: 100 };
     let mut equations = Equations { family: &slow, ..equations(&slow.0, &structure, resolution, onset()) };
-    let (key, u, cycle, jacobian) = smooth(&mut equations, 0.1);
+    let (key, u, cycle, contact) = smooth(&mut equations, 0.1);
     let start = BranchPoint { key, u, cycle, multipliers: None, special: None };
     let extent = BranchExtent { range: [0.3, 0.9], most: 60, longest: 0.2, located: Some(1e-6), stability: false };
-    let mut branch = BranchState::new(start, jacobian, true, &extent);
+    let mut branch = BranchState::new(start, contact, true, &extent);
     follow(&mut equations, &mut branch, &extent, &mut |_| Ok(true)).unwrap();
     let why = branch.end.as_ref().map(BranchEnd::text).unwrap_or_default();
     assert!(why.contains("where the model ends: the belt is not faster than 0.55 m/s"), "{why}");
@@ -320,10 +320,10 @@ fn branch_does_not_depend_on_length_and_direction_of_its_steps() {
     let resolution = Resolution { harmonics: 8, samples: 120 };
     let places = [0.2, 0.07].map(|longest| {
         let mut equations = equations(&belt, &structure, resolution, onset());
-        let (key, u, cycle, jacobian) = smooth(&mut equations, 0.3);
+        let (key, u, cycle, contact) = smooth(&mut equations, 0.3);
         let start = BranchPoint { key, u, cycle, multipliers: None, special: None };
         let extent = BranchExtent { range: [0.3, 0.9], most: 200, longest, located: Some(1e-6), stability: false };
-        let mut branch = BranchState::new(start, jacobian, true, &extent);
+        let mut branch = BranchState::new(start, contact, true, &extent);
         let mut kept = Vec::new();
         follow(&mut equations, &mut branch, &extent, &mut |state| {
             kept.push(state.clone());
@@ -346,7 +346,7 @@ fn branch_does_not_depend_on_length_and_direction_of_its_steps() {
         follow(&mut equations, &mut branch, &extent, &mut to(SpecialKind::Stick)).unwrap();
         let end = branch.points.last().cloned().unwrap();
         let back = branch.ahead.iter().map(|a| -a).collect();
-        let mut back = BranchState::new(end, branch.jacobian.clone().unwrap(), true, &extent).towards(back);
+        let mut back = BranchState::new(end, branch.contact.clone().unwrap(), true, &extent).towards(back);
         follow(&mut equations, &mut back, &extent, &mut to(SpecialKind::Fold)).unwrap();
         [&branch, &back].map(|b| [SpecialKind::Fold, SpecialKind::Stick].map(|kind| place(b, kind).unwrap()))
     });
