@@ -3,7 +3,7 @@
 use serde_json::{json, Value};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
-use std::sync::{PoisonError, RwLock};
+use std::sync::{Condvar, LazyLock, Mutex, MutexGuard, PoisonError};
 use tempfile::TempDir;
 
 /// The program under test.
@@ -70,19 +70,66 @@ pub fn script(name: &str, arguments: &[&str]) -> Ran {
     finish(command.env("OPENBLAS_NUM_THREADS", "1").arg(format!("{root}/tests/python/{name}")).args(arguments))
 }
 
-/// Runs share the machine, but for those that need it for themselves.
-static MACHINE: RwLock<()> = RwLock::new(());
+/// Processors of the machine, which runs share: no more ranks run at once than there are processors. Ranks that share
+/// them wait for the scheduler at each message, and take up to twenty times as long.
+struct Processors {
+    all: usize,
+    queue: Mutex<Queue>,
+    changed: Condvar,
+}
+
+/// Runs take processors in the order in which they ask for them.
+struct Queue {
+    next: usize,
+    served: usize,
+    free: usize,
+}
+
+static PROCESSORS: LazyLock<Processors> = LazyLock::new(|| {
+    let all = std::thread::available_parallelism().map_or(1, usize::from);
+    Processors { all, queue: Mutex::new(Queue { next: 0, served: 0, free: all }), changed: Condvar::new() }
+});
+
+/// Processors that a run has; they are free again once it is gone.
+struct Share(usize);
+
+impl Processors {
+    fn queue(&self) -> MutexGuard<'_, Queue> {
+        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Waits for so many processors, or for all where there are fewer.
+    fn take(&self, count: usize) -> Share {
+        let count = count.min(self.all);
+        let mut queue = self.queue();
+        let ticket = queue.next;
+        queue.next += 1;
+        while queue.served != ticket || queue.free < count {
+            queue = self.changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
+        }
+        queue.served += 1;
+        queue.free -= count;
+        self.changed.notify_all();
+        Share(count)
+    }
+}
+
+impl Drop for Share {
+    fn drop(&mut self) {
+        PROCESSORS.queue().free += self.0;
+        PROCESSORS.changed.notify_all();
+    }
+}
 
 /// The program on so many ranks; without a launcher on one.
 pub fn railsqueal(ranks: usize, args: &[&str]) -> Ran {
-    let _shared = MACHINE.read().unwrap_or_else(PoisonError::into_inner);
+    let _share = PROCESSORS.take(ranks);
     start(ranks, args)
 }
 
-/// The same with no other run beside it. Ranks of a long run that share processors with others wait for the scheduler
-/// at each message: it takes four times as long.
+/// The same with no other run beside it.
 fn undisturbed(ranks: usize, args: &[&str]) -> Ran {
-    let _alone = MACHINE.write().unwrap_or_else(PoisonError::into_inner);
+    let _share = PROCESSORS.take(PROCESSORS.all);
     start(ranks, args)
 }
 
