@@ -113,10 +113,14 @@ impl BranchEnd {
 const FIRST: f64 = 0.2;
 /// Shortest step, of the longest one.
 const SHORTEST: f64 = 1e-3;
+/// Steps that fail before derivatives are made anew.
+const PATIENCE: usize = 2;
 /// Iterations below which steps become longer, and above which they become shorter.
 const ITERATIONS: [usize; 2] = [5, 9];
 /// Cosine of the angle between tangent and chord of a step below which steps become shorter.
 const BEND: f64 = 0.97;
+/// Way to the next cycle, of the step, beyond which it lies elsewhere.
+const ASTRAY: f64 = 3.0;
 /// Motion, in units, that counts as rest.
 const REST: f64 = 0.02;
 /// The cycle at the key of `u`, from which branches begin.
@@ -244,7 +248,7 @@ impl Walk<'_, '_, '_> {
             return Ok(Some(BranchEnd::Count));
         }
         let n = here.u.len();
-        let mut renewed = false;
+        let mut failed = 0;
         let (found, tangent) = loop {
             let length = state.length;
             let found =
@@ -260,8 +264,9 @@ impl Walk<'_, '_, '_> {
                             _ => BranchEnd::Model(e.to_string()),
                         }));
                     }
-                    // That of a cycle further back may have led astray.
-                    if !std::mem::replace(&mut renewed, true) {
+                    // Those of a cycle further back may have led astray.
+                    failed += 1;
+                    if failed == PATIENCE {
                         self.contact = Some(self.equations.derivatives(&here.u)?);
                     }
                 }
@@ -321,11 +326,11 @@ impl Walk<'_, '_, '_> {
         let guess: Vec<f64> = here.u.iter().zip(tangent).map(|(u, t)| u + length * t).collect();
         let kept = (self.contact.clone(), self.equations.memory.clone());
         let conditions = [self.equations.phase(&here.u), Condition { row: tangent.to_vec(), reference: guess.clone() }];
-        let found = self.equations.correct(guess, &conditions, &mut self.contact);
+        let found = self.equations.correct_within(guess, &conditions, &mut self.contact, ASTRAY * length);
         // A step that leads somewhere else is none.
         let found = found.and_then(|found| {
             let moved: Vec<f64> = found.u.iter().zip(&here.u).map(|(a, b)| a - b).collect();
-            match norm(&moved) <= 3.0 * length {
+            match norm(&moved) <= ASTRAY * length {
                 true => Ok(found),
                 false => Err(Error::NotConverged("limit cycles: a step along the branch leads away from it".into())),
             }

@@ -194,9 +194,21 @@ impl<'a> Equations<'_, 'a> {
     /// the end; where there are none they are made.
     pub fn correct(
         &mut self,
+        u: Vec<f64>,
+        conditions: &[Condition; 2],
+        contact: &mut Option<ContactJacobian>,
+    ) -> Result<Corrected> {
+        self.correct_within(u, conditions, contact, f64::INFINITY)
+    }
+
+    /// The same where the first correction is not longer than `longest`: a guess that is worse is given up before
+    /// derivatives are made for it.
+    pub(super) fn correct_within(
+        &mut self,
         mut u: Vec<f64>,
         conditions: &[Condition; 2],
         contact: &mut Option<ContactJacobian>,
+        longest: f64,
     ) -> Result<Corrected> {
         let mut found = self.march(&u)?;
         let (mut made, mut since) = (0, 0);
@@ -227,6 +239,11 @@ impl<'a> Equations<'_, 'a> {
             let system = bordered(&j, [&conditions[0].row, &conditions[1].row]).partial_piv_lu();
             let step = correction(&system, &residual(&found.lack, &u))?;
             let size = norm(&step);
+            if iteration == 0 && size > longest {
+                return Err(Error::NotConverged(format!(
+                    "limit cycles: the cycle is {size:.1e} from its guess, expected at most {longest:.1e}"
+                )));
+            }
             // Near a resonance a force that is hardly wrong moves the modes far: what counts is the correction that a
             // residual asks for (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, natural monotonicity).
             let settled = match self.family.is_growth() && self.key_of(&u) != 0.0 {

@@ -50,11 +50,11 @@ impl Balance<'_, '_> {
         let period: Vec<Vec<f64>> = (0..samples).map(sample).collect();
         let size = harmonics.iter().skip(1).flatten().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
         let by = CHANGE * size.max(f64::MIN_POSITIVE);
-        // All periods, the first of which is changed.
-        let count = (delays + 1) * samples;
-        let mut motion: Vec<Vec<f64>> = (0..count).map(|n| period[n % samples].clone()).collect();
+        let steps = |count: usize| (0..=count).map(|n| period[n % samples].clone()).collect::<Vec<_>>();
         // The contact under this motion, which has all multiples.
-        let settled = self.forces(&motion, &cycle.contact, h)?.1;
+        let settled = self.forces(&steps((delays + 1) * samples), &cycle.contact, h)?.1;
+        // The first period is changed, the steps after it forget the change.
+        let mut motion = steps(samples + self.forgetting(&cycle.contact, h));
         let (base, _) = self.forces(&motion, &settled, h)?;
         let mut kernel = vec![Mat::zeros(r * d, r * d); delays + 1];
         for i in 0..r {
@@ -69,7 +69,8 @@ impl Balance<'_, '_> {
                 for (delay, to) in kernel.iter_mut().enumerate() {
                     for n in 0..samples {
                         let place = delay * samples + n;
-                        for (j, (now, before)) in found[place].iter().zip(&base[place]).enumerate() {
+                        let (Some(found), Some(base)) = (found.get(place), base.get(place)) else { break };
+                        for (j, (now, before)) in found.iter().zip(base).enumerate() {
                             let change = (now - before) / by;
                             (0..d).for_each(|b| to[(j * d + b, i * d + k)] += window[(n, b)] * change);
                         }
@@ -91,7 +92,7 @@ impl Balance<'_, '_> {
             let turn = |k: usize| C::from_polar(1.0, 2.0 * PI * (k * n) as f64 / samples as f64);
             vec![harmonics.iter().enumerate().map(|(k, z)| (z[0] * turn(k)).re).sum::<f64>() + change(n)]
         };
-        let motion: Vec<Vec<f64>> = (0..3 * samples).map(sample).collect();
+        let motion: Vec<Vec<f64>> = (0..=3 * samples).map(sample).collect();
         let (forces, _) = self.forces(&motion, &cycle.contact, h)?;
         Ok(forces[2 * samples..].iter().map(|f| f[0]).collect())
     }
@@ -101,8 +102,8 @@ impl Balance<'_, '_> {
         self.forgetting(memory, h).div_ceil(self.resolution.samples).max(1)
     }
 
-    /// Forces on what acts at the contact at the end of each step under `motion`, `[steps][r]`, whose first sample is
-    /// the start and comes again at the end; and the contact at the end.
+    /// Forces on what acts at the contact at the end of each step under `motion`, `[steps + 1][r]`, whose first sample
+    /// is the start; and the contact at the end.
     fn forces(&mut self, motion: &[Vec<f64>], start: &ContactMemory, h: f64) -> Result<(Vec<Vec<f64>>, ContactMemory)> {
         {
             let mut course = self.course.borrow_mut();
@@ -113,7 +114,7 @@ impl Balance<'_, '_> {
         let first = motion.first().cloned().unwrap_or_default();
         self.stepper.restart(h, state(first, start))?;
         let mut forces = Vec::with_capacity(motion.len());
-        for _ in 0..motion.len() {
+        for _ in 1..motion.len() {
             self.stepper.advance()?;
             forces.push(self.stepper.modal_force().unwrap_or_default().to_vec());
         }
