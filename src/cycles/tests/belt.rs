@@ -355,3 +355,30 @@ fn branch_does_not_depend_on_length_and_direction_of_its_steps() {
         assert!((0..2).all(|k| (other[k] - one[k]).abs() < 2e-6), "{places:?}");
     }
 }
+
+/// Motions of growing amplitude lead from rest to the cycle that is marched to. Friction feeds small ones less than
+/// larger ones, so that the growth rate rises before it falls where they begin to stick.
+#[test]
+fn growing_motions_lead_to_the_cycle_that_is_marched_to() {
+    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let model = modes.model(&belt);
+    let structure = Structure::new(model.clone()).unwrap();
+    let v = 0.45;
+    let marched = with_stick(&belt, (&structure, &model), RESOLUTION, v);
+    let slope = 0.2 / FALL * (-v / FALL).exp();
+    let rate = 0.5 * (LOAD * slope - DAMPING);
+    let motions = GrowingMotion(belt.at(v).unwrap());
+    let mut equations =
+        Equations { family: &motions, key: [rate, rate], ..equations(&belt, &structure, RESOLUTION, v) };
+    let mu = motions.0.settings.friction.coefficient(v);
+    let basis = structure.basis()[(0, 0)];
+    let mut u = vec![0.0; equations.size() + 2];
+    u[0] = -mu * LOAD / (OMEGA * OMEGA * basis * equations.unit);
+    u[1] = 0.05 * v / (OMEGA * basis * equations.unit);
+    u[equations.size()] = 1.0;
+    let (found, _) = cycle_of_mode(&mut equations, u).unwrap();
+    assert!((found.cycle.kinetic / marched.kinetic - 1.0).abs() < 1e-6, "{} {}", found.cycle.kinetic, marched.kinetic);
+    assert!((found.cycle.frequency / marched.frequency - 1.0).abs() < 1e-8, "{:?}", found.cycle.frequency);
+    // The cycle sticks, a motion that grows as the mode does not.
+    assert!(found.cycle.stick()[0] > 0.01 && found.cycle.stick() == marched.stick());
+}
