@@ -248,7 +248,7 @@ impl<'a> Equations<'_, 'a> {
             // residual asks for (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, natural monotonicity).
             let settled = match self.family.is_growth() && self.key_of(&u) != 0.0 {
                 true => iteration > 0 && size <= PASSING * aim,
-                false => made > 0 && iteration > 1 && size <= SETTLED * aim,
+                false => iteration > 1 && size <= SETTLED * aim,
             };
             if settled && error <= WITHIN * aim {
                 return self.corrected(u, found, contact, iteration);
