@@ -251,8 +251,11 @@ impl Walk<'_, '_, '_> {
         let mut failed = 0;
         let (found, tangent) = loop {
             let length = state.length;
-            let found =
-                self.ahead(&here, &state.ahead).and_then(|tangent| Ok((self.reach(&here, &tangent, length)?, tangent)));
+            // Where a node changes its status a short step may begin far from its end: then Newton's method decides.
+            let longest = if failed < PATIENCE { ASTRAY * length } else { f64::INFINITY };
+            let found = self
+                .ahead(&here, &state.ahead)
+                .and_then(|tangent| Ok((self.reach(&here, &tangent, [length, longest])?, tangent)));
             match found {
                 Ok(found) => break found,
                 Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
@@ -292,7 +295,7 @@ impl Walk<'_, '_, '_> {
         if self.equations.amplitude(&point.u) < REST || along(&point.u, &here.u) < 0.0 {
             return Ok(Some(BranchEnd::Rest));
         }
-        let chord: Vec<f64> = point.u.iter().zip(&here.u).map(|(a, b)| a - b).collect();
+        let chord = self.equations.counted(point.u.iter().zip(&here.u).map(|(a, b)| a - b).collect());
         if let Some(located) = self.extent.located {
             let tolerance = located * (high - low);
             let special = self.between(&state.points, &here, &point, tolerance)?;
@@ -321,15 +324,16 @@ impl Walk<'_, '_, '_> {
         self.equations.tangent(contact, &here.u, before)
     }
 
-    /// The cycle a step of the length `length` ahead of `here`.
-    fn reach(&mut self, here: &BranchPoint, tangent: &[f64], length: f64) -> Result<Corrected> {
+    /// The cycle a step of the length `length` ahead of `here`, whose first correction is not longer than `longest`.
+    fn reach(&mut self, here: &BranchPoint, tangent: &[f64], [length, longest]: [f64; 2]) -> Result<Corrected> {
         let guess: Vec<f64> = here.u.iter().zip(tangent).map(|(u, t)| u + length * t).collect();
         let kept = (self.contact.clone(), self.equations.memory.clone());
-        let conditions = [self.equations.phase(&here.u), Condition { row: tangent.to_vec(), reference: guess.clone() }];
-        let found = self.equations.correct_within(guess, &conditions, &mut self.contact, ASTRAY * length);
+        let row = self.equations.counted(tangent.to_vec());
+        let conditions = [self.equations.phase(&here.u), Condition { row, reference: guess.clone() }];
+        let found = self.equations.correct_within(guess, &conditions, &mut self.contact, longest);
         // A step that leads somewhere else is none.
         let found = found.and_then(|found| {
-            let moved: Vec<f64> = found.u.iter().zip(&here.u).map(|(a, b)| a - b).collect();
+            let moved = self.equations.counted(found.u.iter().zip(&here.u).map(|(a, b)| a - b).collect());
             match norm(&moved) <= ASTRAY * length {
                 true => Ok(found),
                 false => Err(Error::NotConverged("limit cycles: a step along the branch leads away from it".into())),
@@ -360,8 +364,9 @@ impl Walk<'_, '_, '_> {
     pub(super) fn on_chord(&mut self, a: &[f64], b: &[f64], part: f64) -> Result<Corrected> {
         let chord: Vec<f64> = b.iter().zip(a).map(|(b, a)| b - a).collect();
         let guess: Vec<f64> = a.iter().zip(&chord).map(|(a, c)| a + part * c).collect();
-        let length = norm(&chord);
-        let row: Vec<f64> = chord.iter().map(|c| c / length).collect();
+        let counted = self.equations.counted(chord);
+        let length = norm(&counted);
+        let row: Vec<f64> = counted.iter().map(|c| c / length).collect();
         let conditions = [self.equations.phase(&guess), Condition { row, reference: guess.clone() }];
         self.equations.correct(guess, &conditions, &mut self.contact)
     }

@@ -70,7 +70,7 @@ const SOLVED: f64 = 1e-9;
 const ACCEPTED: f64 = 1e-7;
 const MOST_ITERATIONS: usize = 30;
 /// Correction relative to the motion at a solution, and the residual that may belong to it near a resonance.
-const SETTLED: f64 = 1e-8;
+const SETTLED: f64 = 3e-8;
 const WITHIN: f64 = 1e-5;
 /// Correction that may be left of a motion that grows, which only leads to a cycle.
 const PASSING: f64 = 1e-6;
@@ -117,6 +117,13 @@ impl<'a> Equations<'_, 'a> {
     fn balance<'s>(&'s self, conditions: &'s Conditions, key: f64) -> Result<Balance<'a, 's>> {
         let balance = Balance::new(self.structure, conditions, self.resolution, self.unit, &self.memory)?;
         Ok(if self.family.is_growth() { balance.growing(key) } else { balance })
+    }
+
+    /// A step of the unknowns without the mean of the motion, which friction alone moves by many amplitudes: what the
+    /// length of a step along a branch counts.
+    pub(super) fn counted(&self, mut step: Vec<f64>) -> Vec<f64> {
+        step[..self.structure.rank()].fill(0.0);
+        step
     }
 
     /// Size of the motion beside its mean.
@@ -239,16 +246,19 @@ impl<'a> Equations<'_, 'a> {
             let system = bordered(&j, [&conditions[0].row, &conditions[1].row]).partial_piv_lu();
             let step = correction(&system, &residual(&found.lack, &u))?;
             let size = norm(&step);
-            if iteration == 0 && size > longest {
-                return Err(Error::NotConverged(format!(
-                    "limit cycles: the cycle is {size:.1e} from its guess, expected at most {longest:.1e}"
-                )));
+            if iteration == 0 && longest.is_finite() {
+                let way = norm(&self.counted(step.clone()));
+                if way > longest {
+                    return Err(Error::NotConverged(format!(
+                        "limit cycles: the cycle is {way:.1e} from its guess, expected at most {longest:.1e}"
+                    )));
+                }
             }
             // Near a resonance a force that is hardly wrong moves the modes far: what counts is the correction that a
             // residual asks for (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, natural monotonicity).
             let settled = match self.family.is_growth() && self.key_of(&u) != 0.0 {
                 true => iteration > 0 && size <= PASSING * aim,
-                false => iteration > 1 && size <= SETTLED * aim,
+                false => iteration > 0 && size <= SETTLED * aim,
             };
             if settled && error <= WITHIN * aim {
                 return self.corrected(u, found, contact, iteration);
@@ -312,14 +322,14 @@ impl<'a> Equations<'_, 'a> {
         Ok(Corrected { u, cycle: self.structure.solution(found, self.resolution.harmonics)?, iterations })
     }
 
-    /// The tangent of the branch at the solution `u`, of length 1, on the side of `ahead`.
+    /// The tangent of the branch at the solution `u`, of length 1 as [`counted`](Self::counted), on the side of `ahead`.
     pub fn tangent(&self, contact: &ContactJacobian, u: &[f64], ahead: &[f64]) -> Result<Vec<f64>> {
         let (n, phase) = (self.size(), self.phase(u));
-        let a = bordered(&self.assemble(contact, u), [&phase.row, &ahead.to_vec()]);
+        let a = bordered(&self.assemble(contact, u), [&phase.row, &self.counted(ahead.to_vec())]);
         let b = Mat::from_fn(n + 2, 1, |i, _| if i == n + 1 { 1.0 } else { 0.0 });
         let t = a.partial_piv_lu().solve(b);
         let t: Vec<f64> = (0..n + 2).map(|i| t[(i, 0)]).collect();
-        let length = norm(&t);
+        let length = norm(&self.counted(t.clone()));
         if !length.is_finite() || length == 0.0 {
             return Err(Error::NotConverged("limit cycles: a branch without tangent".into()));
         }

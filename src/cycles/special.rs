@@ -58,7 +58,7 @@ impl Walk<'_, '_, '_> {
     /// The fold near `middle`, where the key is largest or smallest: parabolas through three cycles, and the golden
     /// section where they lead nowhere.
     fn fold(&mut self, [before, middle, after]: [&BranchPoint; 3], tolerance: f64) -> Result<Option<BranchPoint>> {
-        let chord: Vec<f64> = after.u.iter().zip(&before.u).map(|(a, b)| a - b).collect();
+        let chord = self.equations.counted(after.u.iter().zip(&before.u).map(|(a, b)| a - b).collect());
         let length = norm(&chord);
         let row: Vec<f64> = chord.iter().map(|c| c / length).collect();
         let place = |u: &[f64]| u.iter().zip(&before.u).zip(&row).map(|((u, a), r)| (u - a) * r).sum::<f64>() / length;
