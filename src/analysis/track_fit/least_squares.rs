@@ -1,0 +1,155 @@
+//! Least squares by Levenberg and Marquardt's method.
+//!
+//! The sum Σ r_i(θ)² is least where Jᵀr = 0, J = ∂r/∂θ. Beside θ the residuals are r + Jδ, and those of least squares
+//! have (JᵀJ + λD)δ = −Jᵀr with D = diag(JᵀJ): Gauss and Newton's step for λ = 0, a short one down the slope for a large
+//! λ. λ falls where a step makes the sum smaller and grows where it does not (D. W. Marquardt, J. SIAM 11 (1963),
+//! 431–441).
+
+use crate::dense::symmetric_eigen;
+use crate::{Error, Result};
+use faer::linalg::solvers::Solve;
+use faer::Mat;
+
+/// Most evaluations.
+const EVALUATIONS: usize = 60;
+/// λ at the beginning, its factors behind good steps and bad ones, and the largest.
+const DAMPING: f64 = 1e-3;
+const EASED: f64 = 0.1;
+const HELD: f64 = 5.0;
+const STIFFEST: f64 = 1e8;
+/// Longest step of a parameter.
+const LONGEST: f64 = 1.0;
+/// Eigenvalues of JᵀJ below this part of the largest are taken for it: what they say is not determined.
+const SMALLEST: f64 = 1e-14;
+
+/// Residuals and their derivatives.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Evaluation {
+    /// r, `[m]`.
+    pub residuals: Vec<f64>,
+    /// J, `[m][n]`.
+    pub jacobian: Vec<Vec<f64>>,
+}
+
+impl Evaluation {
+    /// Σ r².
+    pub fn sum(&self) -> f64 {
+        self.residuals.iter().map(|r| r * r).sum()
+    }
+
+    /// JᵀJ, `[n, n]`, and Jᵀr, `[n, 1]`.
+    fn normal(&self, n: usize) -> (Mat<f64>, Mat<f64>) {
+        let product = |i: usize, j: usize| self.jacobian.iter().map(|row| row[i] * row[j]).sum::<f64>();
+        let slope = |i: usize| self.jacobian.iter().zip(&self.residuals).map(|(row, r)| row[i] * r).sum::<f64>();
+        (Mat::from_fn(n, n, product), Mat::from_fn(n, 1, |i, _| slope(i)))
+    }
+
+    /// s² (JᵀJ)⁻¹ with s² = Σ r²/(m − n), `[n][n]`: the covariance of the parameters where the residuals are
+    /// independent and of one variance.
+    pub fn covariance(&self, n: usize) -> Result<Vec<Vec<f64>>> {
+        let lost = || Error::NotConverged("fitted parameters: their covariance cannot be computed".into());
+        let (values, vectors) = symmetric_eigen(self.normal(n).0.as_ref()).ok_or_else(lost)?;
+        let least = SMALLEST * values.last().copied().unwrap_or(1.0);
+        let variance = self.sum() / self.residuals.len().saturating_sub(n).max(1) as f64;
+        let entry = |i: usize, j: usize| -> f64 {
+            (0..n).map(|k| vectors[(i, k)] * vectors[(j, k)] / values[k].max(least)).sum::<f64>() * variance
+        };
+        Ok((0..n).map(|i| (0..n).map(|j| entry(i, j)).collect()).collect())
+    }
+}
+
+/// Least sum of squares.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Minimum {
+    /// Parameters θ, `[n]`.
+    pub parameters: Vec<f64>,
+    /// Residuals there.
+    pub there: Evaluation,
+}
+
+/// The parameters of the least sum of squares, from `start` on, until a step is shorter than `short`; each within its
+/// `bounds`.
+///
+/// # Errors
+/// An evaluation at the start that fails; another one that fails otherwise than by not converging; no end of the steps.
+pub fn least_squares(
+    start: Vec<f64>,
+    bounds: &[[f64; 2]],
+    short: f64,
+    mut evaluate: impl FnMut(&[f64]) -> Result<Evaluation>,
+) -> Result<Minimum> {
+    let n = start.len();
+    let there = evaluate(&start)?;
+    let mut best = Minimum { parameters: start, there };
+    let mut damping = DAMPING;
+    for _ in 1..EVALUATIONS {
+        let (normal, slope) = best.there.normal(n);
+        let most = (0..n).map(|i| normal[(i, i)]).fold(f64::MIN_POSITIVE, f64::max);
+        let damped = Mat::from_fn(n, n, |i, j| {
+            normal[(i, j)] + if i == j { damping * normal[(i, i)].max(SMALLEST * most) } else { 0.0 }
+        });
+        let step = damped.partial_piv_lu().solve(&slope);
+        let length = (0..n).map(|i| step[(i, 0)].abs()).fold(0.0, f64::max);
+        let scale = if length > LONGEST { LONGEST / length } else { 1.0 };
+        let trial: Vec<f64> =
+            (0..n).map(|i| (best.parameters[i] - scale * step[(i, 0)]).clamp(bounds[i][0], bounds[i][1])).collect();
+        let moved = trial.iter().zip(&best.parameters).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        if moved < short {
+            return Ok(best);
+        }
+        match evaluate(&trial) {
+            Ok(found) if found.sum() < best.there.sum() => {
+                best = Minimum { parameters: trial, there: found };
+                damping *= EASED;
+            }
+            Ok(_) | Err(Error::NotConverged(_)) if damping < STIFFEST => damping *= HELD,
+            Ok(_) => return Ok(best),
+            Err(error) => return Err(error),
+        }
+    }
+    Err(Error::NotConverged(format!(
+        "least squares: found no end in {EVALUATIONS} evaluations, the sum of squares is {:.3e}; fit fewer keys, or begin \
+         elsewhere",
+        best.there.sum()
+    )))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Rosenbrock's function: the least sum of squares, 0 at (1, 1), along a bent valley.
+    #[test]
+    fn a_bent_valley_is_followed_to_its_end() {
+        let rosenbrock = |x: &[f64]| {
+            Ok(Evaluation {
+                residuals: vec![10.0 * (x[1] - x[0] * x[0]), 1.0 - x[0]],
+                jacobian: vec![vec![-20.0 * x[0], 10.0], vec![-1.0, 0.0]],
+            })
+        };
+        let found = least_squares(vec![-1.2, 1.0], &[[-9.0, 9.0]; 2], 1e-10, rosenbrock).expect("a minimum");
+        assert!(found.parameters.iter().all(|x| (x - 1.0).abs() < 1e-7), "{found:?}");
+        // Held at a bound.
+        let found = least_squares(vec![-1.2, 1.0], &[[-9.0, 0.5], [-9.0, 9.0]], 1e-10, rosenbrock).expect("a minimum");
+        assert!(found.parameters[0] == 0.5 && (found.parameters[1] - 0.25).abs() < 1e-7, "{found:?}");
+    }
+
+    /// A straight line through points, whose deviations are those of the textbooks.
+    #[test]
+    fn deviations_of_a_straight_line() {
+        let (x, y) = ([0.0, 1.0, 2.0, 3.0, 4.0], [0.1, 1.9, 4.2, 5.8, 8.1]);
+        let line = |p: &[f64]| {
+            Ok(Evaluation {
+                residuals: x.iter().zip(&y).map(|(x, y)| p[0] + p[1] * x - y).collect(),
+                jacobian: x.iter().map(|x| vec![1.0, *x]).collect(),
+            })
+        };
+        let found = least_squares(vec![0.0, 0.0], &[[-9.0, 9.0]; 2], 1e-12, line).expect("a minimum");
+        // Slope Σ(x − 2)y/Σ(x − 2)², its variance s²/Σ(x − 2)².
+        let slope = x.iter().zip(&y).map(|(x, y)| (x - 2.0) * y).sum::<f64>() / 10.0;
+        let covariance = found.there.covariance(2).expect("a covariance");
+        let variance = found.there.sum() / 3.0 / 10.0;
+        assert!((found.parameters[1] - slope).abs() < 1e-9, "{found:?}");
+        assert!((covariance[1][1] / variance - 1.0).abs() < 1e-9 && (covariance[0][1] / variance + 2.0).abs() < 1e-9);
+    }
+}

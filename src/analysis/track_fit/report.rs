@@ -1,0 +1,104 @@
+//! A fit in words.
+
+use super::{FittedDirection, TrackFit};
+
+/// Correlation from which two keys are told to be hardly distinguished.
+const ALIKE: f64 = 0.95;
+/// Standard deviation of a logarithm from which a key is told not to be determined.
+const UNCERTAIN: f64 = 0.5;
+/// Difference from which a fit is told to be poor, dB.
+const POOR: f64 = 2.0;
+
+/// Lines that say the fitted values, what is left of the rates, and what is not determined.
+pub fn lines(fit: &TrackFit) -> Vec<String> {
+    let mut lines =
+        vec![format!("{:<28}{:>12}{:>14}{:>12}", format!("bodies.{}.track", fit.body), "job", "fitted", "deviation")];
+    for key in &fit.keys {
+        let name = format!("{} {}", key.key.path(), key.key.unit());
+        let percent = 100.0 * key.deviation.exp_m1();
+        lines.push(format!("  {name:<26}{:>12}{:>14}{:>10.1} %", value(key.before), value(key.fitted), percent));
+    }
+    lines.push(format!(
+        "difference of the rates, root mean square: {:.2} dB with the values of the job, {:.2} dB fitted",
+        fit.residual[0], fit.residual[1]
+    ));
+    fit.directions.iter().for_each(|direction| lines.extend(table(direction, &fit.bands)));
+    lines.extend(remarks(fit).into_iter().map(|text| format!("remark: {text}")));
+    lines
+}
+
+/// A value with four digits.
+fn value(value: f64) -> String {
+    if value >= 1e4 {
+        format!("{value:.3e}")
+    } else {
+        format!("{value:.4}")
+    }
+}
+
+/// Measured and fitted rates of a direction by band.
+fn table(direction: &FittedDirection, bands: &[f64]) -> Vec<String> {
+    let mut lines =
+        vec![format!("{:<12}{:>16}{:>14}{:>16}", direction.name, "measured, dB/m", "fitted, dB/m", "difference, dB")];
+    for ((band, measured), fitted) in bands.iter().zip(&direction.measured).zip(&direction.fitted) {
+        let difference = 10.0 * (fitted / measured).log10();
+        lines.push(format!("{:>9} Hz{measured:>16.3}{fitted:>14.3}{difference:>+16.2}", band));
+    }
+    lines
+}
+
+/// What the measured rates do not determine, and what to mind.
+fn remarks(fit: &TrackFit) -> Vec<String> {
+    let mut remarks = Vec::new();
+    for key in &fit.held {
+        remarks.push(format!("{} has no effect on these bands and keeps its value in the job", key.path()));
+    }
+    for key in &fit.keys {
+        if key.bound {
+            remarks.push(format!(
+                "{} ended at the limit of its search, {}: not determined; leave it out by --key, or begin elsewhere by \
+                 --set",
+                key.key.path(),
+                value(key.fitted)
+            ));
+        } else if !(key.deviation < UNCERTAIN) {
+            remarks.push(format!("{} is not determined by these bands: its deviation is large", key.key.path()));
+        }
+    }
+    for (i, row) in fit.correlation.iter().enumerate() {
+        for (j, correlation) in row.iter().enumerate().take(i).filter(|(_, c)| c.abs() > ALIKE) {
+            remarks.push(format!(
+                "{} and {} are hardly told apart: correlation {correlation:.2}",
+                fit.keys[j].key.path(),
+                fit.keys[i].key.path()
+            ));
+        }
+    }
+    let names = |bands: &mut dyn Iterator<Item = f64>| bands.map(|f| f.to_string()).collect::<Vec<_>>().join(", ");
+    for direction in &fit.directions {
+        if !direction.without_effect.is_empty() {
+            remarks.push(format!(
+                "no key has an effect on the {} rates at {} Hz",
+                direction.name,
+                names(&mut direction.without_effect.iter().copied())
+            ));
+        }
+        let low = fit.bands.iter().zip(&direction.measured).filter(|(_, rate)| **rate < 2.0 * fit.least);
+        let low = names(&mut low.map(|(band, _)| *band));
+        if !low.is_empty() {
+            remarks.push(format!(
+                "{} rates below {:.2} dB/m, which the positions of the standard cannot tell: {low} Hz",
+                direction.name,
+                2.0 * fit.least
+            ));
+        }
+    }
+    if fit.residual[1] > POOR {
+        remarks.push(format!(
+            "the fitted track is {:.1} dB off the measured rates: see that rail, sleepers and spacing are those of the \
+             track; begin elsewhere by --set, or leave out bands by --band",
+            fit.residual[1]
+        ));
+    }
+    remarks
+}
