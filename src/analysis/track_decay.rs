@@ -34,7 +34,8 @@ pub fn run(run: &mut Run) -> Result<()> {
     // Bands are of one rank each: sums are the same on any number of them.
     let own = |band: usize| band % world.size == world.rank;
     let forces = FORCES.map(|(force, _)| force);
-    let mine = mean_squares(&rail, wanted, &positions, &Lines { centres: &centres, own: &own, forces: &forces }, &[]);
+    let mine =
+        mean_squares(&rail, wanted, &positions, &WantedBands { centres: &centres, own: &own, forces: &forces }, &[]);
     let mine = world.agree(mine.map_err(|e| e.context(format!("bodies.{name}.track"))))?;
     let all = world.sum_all(&mine.values);
     if !world.is_root() {
@@ -77,7 +78,7 @@ pub fn run(run: &mut Run) -> Result<()> {
 }
 
 /// Forces and bands whose responses are wanted.
-pub(super) struct Lines<'a> {
+pub(super) struct WantedBands<'a> {
     /// Centres of all bands, Hz.
     pub centres: &'a [f64],
     /// Returns whether a band is this rank's.
@@ -86,13 +87,13 @@ pub(super) struct Lines<'a> {
     pub forces: &'a [usize],
 }
 
-/// Means of |velocity per force|² over each band at the positions, `[forces, bands, positions]`, and their derivatives by
-/// the parameters `slopes`, `[slopes]` of the same; 0 for bands of other ranks.
+/// Means of |velocity per force|² over each band at the positions, `[forces, bands, positions]`, and their derivatives
+/// by the parameters `slopes`, `[slopes]` of the same; 0 for bands of other ranks.
 pub(super) fn mean_squares(
     rail: &Infinite,
     wanted: &TrackDecay,
     positions: &[f64],
-    lines: &Lines,
+    lines: &WantedBands,
     slopes: &[TrackSlope],
 ) -> Result<MeanSquares> {
     // The hammer stands beside the accelerometer for the direct response.

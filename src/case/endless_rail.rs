@@ -1,6 +1,6 @@
 //! The rail of a job as one without ends, and the keys of its track that can be fitted to measured decay rates.
 
-use super::rail::{extruded, laid, section, RailContactPosition};
+use super::rail::{continuous_track, extruded, section, RailContactPosition};
 use crate::fem::Material;
 use crate::job::{self, Job};
 use crate::swept::infinite::{InfiniteRailSpec, TrackSlope};
@@ -38,7 +38,7 @@ pub fn endless(job: &Job, reach: f64) -> Result<Option<EndlessRail>> {
             let making = InfiniteRailSpec {
                 section: meshed,
                 material,
-                track: Some(laid(&track, mass)),
+                track: Some(continuous_track(&track, mass)),
                 angle,
                 tilt: -angle,
                 loss: track.loss_factor,
@@ -55,12 +55,12 @@ pub fn endless(job: &Job, reach: f64) -> Result<Option<EndlessRail>> {
 impl EndlessRail {
     /// The rail on pads and ballast of another stiffness and loss factor, on the same sleepers.
     pub fn on_track(&self, track: &job::Track) -> Infinite {
-        self.rail.on_track(&laid(track, self.mass), track.loss_factor)
+        self.rail.on_track(&continuous_track(track, self.mass), track.loss_factor)
     }
 
     /// Derivatives of rail and track by the logarithms of keys.
     pub fn log_slopes(&self, track: &job::Track, keys: &[TrackKey]) -> Vec<TrackSlope> {
-        let laid = laid(track, self.mass);
+        let laid = continuous_track(track, self.mass);
         let ballast = laid.sleeper.map(|s| s.ballast);
         keys.iter().map(|key| key.log_slope(laid.pad, ballast, track.loss_factor)).collect()
     }

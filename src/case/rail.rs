@@ -151,8 +151,8 @@ pub fn measured(job: &Job) -> Result<Vec<String>> {
     rails.map(|(name, body, rail)| line(name, body, rail)).collect()
 }
 
-/// Track under a rail of the mass `mass`, kg/m.
-pub(super) fn laid(track: &job::Track, mass: f64) -> Track {
+/// Track under a rail of the mass `mass`, kg/m, spread evenly.
+pub(super) fn continuous_track(track: &job::Track, mass: f64) -> Track {
     let layer = |of: &job::Layer, mass: f64| {
         let [vertical, lateral] = [of.vertical, of.lateral].map(|k| k / track.spacing);
         Layer::with_loss([vertical, lateral, lateral], of.loss_factor, mass)
@@ -216,7 +216,7 @@ fn planned<'a>(
     let beam = |lateral| section.beam(material, lateral, track.loss_factor);
     let beams = [(0, beam(false)?), (2, beam(true)?)];
     let beam = beams[0].1;
-    let laid = laid(&track, beam.density * beam.area);
+    let laid = continuous_track(&track, beam.density * beam.area);
     let period = extruded.length;
     let ends = ends(&track, period, beam.speed());
     if let Some(lowest) = lowest(job) {
@@ -339,7 +339,7 @@ pub fn endless_from(body: &job::Body) -> Result<Option<f64>> {
     let m = body.elastic()?;
     let material = Material { young: m.young, poisson: m.poisson, density: m.density };
     let beam = section(extruded, given(extruded))?.beam(material, false, track.loss_factor)?;
-    let laid = laid(&track, beam.density * beam.area);
+    let laid = continuous_track(&track, beam.density * beam.area);
     let ends = ends(&track, extruded.length, beam.speed()).filter(|ends| ends.along > 0.0);
     Ok(ends.and_then(|ends| endless_along(&beam, &laid, &ends)))
 }
@@ -388,7 +388,7 @@ mod tests {
 
     fn found(track: &job::Track, period: f64, lowest: f64) -> (f64, Result<()>) {
         let beams = [0, 2].map(|direction| (direction, beam(direction == 2, track.loss_factor)));
-        let laid = laid(track, 60.2);
+        let laid = continuous_track(track, 60.2);
         let ends = ends(track, period, beams[0].1.speed()).unwrap();
         (off(&beams, &laid, &ends, lowest), long_enough(&beams, &laid, ends, lowest))
     }
@@ -415,7 +415,7 @@ mod tests {
     fn longer_rails_are_endless_from_lower_on() {
         let usual = job::Track::default();
         let beam = beam(false, usual.loss_factor);
-        let laid = laid(&usual, 60.2);
+        let laid = continuous_track(&usual, 60.2);
         let from =
             |period: f64, track: &job::Track| endless_along(&beam, &laid, &ends(track, period, beam.speed()).unwrap());
         let [short, long] = [14.0, 42.0].map(|period| from(period, &usual).unwrap());

@@ -63,7 +63,7 @@ pub struct Infinite {
     /// Springs and dashpots of the track, `[q, q]`.
     springs: Mat<f64>,
     dashpots: Mat<f64>,
-    /// Those of each layer by its stiffness.
+    /// Springs of each layer for a stiffness of 1 N/m².
     units: UnitLayers,
     /// Coupling of the forces to the motions, `[q, 3]`.
     loads: Mat<f64>,

@@ -1,8 +1,8 @@
 //! Least squares by Levenberg and Marquardt's method.
 //!
 //! The sum Σ r_i(θ)² is least where Jᵀr = 0, J = ∂r/∂θ. Beside θ the residuals are r + Jδ, and those of least squares
-//! have (JᵀJ + λD)δ = −Jᵀr with D = diag(JᵀJ): Gauss and Newton's step for λ = 0, a short one down the slope for a large
-//! λ. λ falls where a step makes the sum smaller and grows where it does not (D. W. Marquardt, J. SIAM 11 (1963),
+//! have (JᵀJ + λD)δ = −Jᵀr with D = diag(JᵀJ): Gauss and Newton's step for λ = 0, a short one down the slope for a
+//! large λ. λ falls where a step makes the sum smaller and grows where it does not (D. W. Marquardt, J. SIAM 11 (1963),
 //! 431–441).
 
 use crate::dense::symmetric_eigen;
@@ -17,6 +17,11 @@ const DAMPING: f64 = 1e-3;
 const EASED: f64 = 0.1;
 const HELD: f64 = 5.0;
 const STIFFEST: f64 = 1e8;
+/// Reduction of the sum, in s², the variance of the residuals, that is no more worth a step: the parameters are then
+/// within 3 % of their standard deviations of the minimum. It counts where λ is below one, that is, for steps that
+/// damping hardly shortens.
+const REACHED: f64 = 1e-3;
+const FREE: f64 = 1.0;
 /// Longest step of a parameter.
 const LONGEST: f64 = 1.0;
 /// Eigenvalues of JᵀJ below this part of the largest are taken for it: what they say is not determined.
@@ -37,6 +42,18 @@ impl Evaluation {
         self.residuals.iter().map(|r| r * r).sum()
     }
 
+    /// s² = Σ r²/(m − n) for n parameters.
+    fn variance(&self, n: usize) -> f64 {
+        self.sum() / self.residuals.len().saturating_sub(n).max(1) as f64
+    }
+
+    /// Reduction Σ r² − Σ (r + Jδ)² of the sum by a step δ if the residuals were linear.
+    fn reduction(&self, step: &[f64]) -> f64 {
+        let moved = |row: &[f64]| row.iter().zip(step).map(|(slope, step)| slope * step).sum::<f64>();
+        let left = self.residuals.iter().zip(&self.jacobian).map(|(r, row)| (r + moved(row)).powi(2));
+        self.sum() - left.sum::<f64>()
+    }
+
     /// JᵀJ, `[n, n]`, and Jᵀr, `[n, 1]`.
     fn normal(&self, n: usize) -> (Mat<f64>, Mat<f64>) {
         let product = |i: usize, j: usize| self.jacobian.iter().map(|row| row[i] * row[j]).sum::<f64>();
@@ -50,7 +67,7 @@ impl Evaluation {
         let lost = || Error::NotConverged("fitted parameters: their covariance cannot be computed".into());
         let (values, vectors) = symmetric_eigen(self.normal(n).0.as_ref()).ok_or_else(lost)?;
         let least = SMALLEST * values.last().copied().unwrap_or(1.0);
-        let variance = self.sum() / self.residuals.len().saturating_sub(n).max(1) as f64;
+        let variance = self.variance(n);
         let entry = |i: usize, j: usize| -> f64 {
             (0..n).map(|k| vectors[(i, k)] * vectors[(j, k)] / values[k].max(least)).sum::<f64>() * variance
         };
@@ -67,8 +84,8 @@ pub struct Minimum {
     pub there: Evaluation,
 }
 
-/// The parameters of the least sum of squares, from `start` on, until a step is shorter than `short`; each within its
-/// `bounds`.
+/// The parameters of the least sum of squares, from `start` on, until a step is shorter than `short` or promises no
+/// reduction; each within its `bounds`.
 ///
 /// # Errors
 /// An evaluation at the start that fails; another one that fails otherwise than by not converging; no end of the steps.
@@ -93,8 +110,9 @@ pub fn least_squares(
         let scale = if length > LONGEST { LONGEST / length } else { 1.0 };
         let trial: Vec<f64> =
             (0..n).map(|i| (best.parameters[i] - scale * step[(i, 0)]).clamp(bounds[i][0], bounds[i][1])).collect();
-        let moved = trial.iter().zip(&best.parameters).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        if moved < short {
+        let moves: Vec<f64> = trial.iter().zip(&best.parameters).map(|(a, b)| a - b).collect();
+        let reached = damping < FREE && best.there.reduction(&moves) < REACHED * best.there.variance(n);
+        if reached || moves.iter().all(|step| step.abs() < short) {
             return Ok(best);
         }
         match evaluate(&trial) {
@@ -108,8 +126,8 @@ pub fn least_squares(
         }
     }
     Err(Error::NotConverged(format!(
-        "least squares: found no end in {EVALUATIONS} evaluations, the sum of squares is {:.3e}; fit fewer keys, or begin \
-         elsewhere",
+        "least squares: found no end in {EVALUATIONS} evaluations, the sum of squares is {:.3e}; fit fewer keys, or \
+         begin elsewhere",
         best.there.sum()
     )))
 }
@@ -129,9 +147,9 @@ mod tests {
         };
         let found = least_squares(vec![-1.2, 1.0], &[[-9.0, 9.0]; 2], 1e-10, rosenbrock).expect("a minimum");
         assert!(found.parameters.iter().all(|x| (x - 1.0).abs() < 1e-7), "{found:?}");
-        // Held at a bound.
+        // Held at a bound, where something is left.
         let found = least_squares(vec![-1.2, 1.0], &[[-9.0, 0.5], [-9.0, 9.0]], 1e-10, rosenbrock).expect("a minimum");
-        assert!(found.parameters[0] == 0.5 && (found.parameters[1] - 0.25).abs() < 1e-7, "{found:?}");
+        assert!(found.parameters[0] == 0.5 && (found.parameters[1] - 0.25).abs() < 2e-3, "{found:?}");
     }
 
     /// A straight line through points, whose deviations are those of the textbooks.
@@ -149,7 +167,7 @@ mod tests {
         let slope = x.iter().zip(&y).map(|(x, y)| (x - 2.0) * y).sum::<f64>() / 10.0;
         let covariance = found.there.covariance(2).expect("a covariance");
         let variance = found.there.sum() / 3.0 / 10.0;
-        assert!((found.parameters[1] - slope).abs() < 1e-9, "{found:?}");
+        assert!((found.parameters[1] - slope).abs() < 0.03 * variance.sqrt(), "{found:?}, {slope}");
         assert!((covariance[1][1] / variance - 1.0).abs() < 1e-9 && (covariance[0][1] / variance + 2.0).abs() < 1e-9);
     }
 }

@@ -106,8 +106,8 @@ impl MeasuredDecay {
         if read.nominal.is_empty() {
             let (first, last) = (table.row(0)[frequency], last);
             return Err(Error::Input(format!(
-                "{}: found no third octave from {} to {} Hz that is asked for, the table reaches from {first} to {last} \
-                 Hz; expected frequencies in Hz, or another --band",
+                "{}: found no third octave from {} to {} Hz that is asked for, the table reaches from {first} to \
+                 {last} Hz; expected frequencies in Hz, or another --band",
                 read.name, RANGE[0], RANGE[1]
             )));
         }

@@ -1,9 +1,9 @@
 //! Pads and ballast of a track, fitted to measured decay rates.
 //!
-//! Of the logarithms θ of keys p of the track the sum Σ (ln D(θ) − ln D_measured)² over bands and directions is made
-//! least, D the decay rate of [`crate::analysis`]' `track_decay`. Logarithms, since a rail radiates from a length that
-//! goes with 1/D: equal differences are equal differences of its sound power, dB. The derivatives ∂ ln D/∂θ are those of
-//! the waves in closed form. The motions of the section are made for the track at the beginning; with the fitted track
+//! Of the logarithms θ of keys of the track the sum Σ (ln D(θ) − ln D_measured)² over bands and directions is made
+//! least, D the decay rates of the analysis `track_decay`. Logarithms, since a rail radiates from a length that goes
+//! with 1/D: equal differences are equal differences of its sound power, dB. The derivatives ∂ ln D/∂θ are those of the
+//! waves in closed form. The motions of the section are made for the track at the beginning; with the fitted track
 //! they are made anew, until the keys stay.
 
 mod least_squares;
@@ -13,7 +13,7 @@ mod report;
 pub use measured::MeasuredDecay;
 pub use report::lines;
 
-use super::track_decay::{mean_squares, Lines, FORCES, REACH};
+use super::track_decay::{mean_squares, WantedBands, FORCES, REACH};
 use crate::case::endless_rail::{endless, EndlessRail, TrackKey};
 use crate::job::{Job, Track, TrackDecay};
 use crate::parallel::World;
@@ -27,9 +27,17 @@ use least_squares::{least_squares, Evaluation, Minimum};
 const EFFECT: f64 = 0.02;
 /// Largest ratio between a fitted value and that of the job, either way.
 const FARTHEST: f64 = 100.0;
-/// Longest step, of a logarithm, that ends a fit, and change with new motions of the section that ends all of them.
-const SHORT: f64 = 1e-7;
+/// Stiffness with which other fits begin, over that of the job: the sum of squares may have several minima.
+const STARTS: [f64; 2] = [0.2, 5.0];
+/// Longest steps, of a logarithm, that end a fit: one from another start, and the last ones.
+const NEAR: f64 = 1e-3;
+const SHORT: f64 = 1e-5;
+/// Change with new motions of the section that ends all fits, of a logarithm and in standard deviations.
 const STAYS: f64 = 1e-4;
+const STAYS_WITHIN: f64 = 0.05;
+/// Difference of a logarithm between two minima that are not the same; and how much worse one is that is told, dB.
+const APART: f64 = 0.1;
+const TOLD: f64 = 1.0;
 /// Most times that the motions of the section are made.
 const ROUNDS: usize = 6;
 
@@ -78,6 +86,8 @@ pub struct TrackFit {
     pub directions: Vec<FittedDirection>,
     /// Root mean square of 10 lg of fitted over measured rates, dB: of the job, and of the fit.
     pub residual: [f64; 2],
+    /// Other minima, from other starts: values of the keys, and root mean square, dB.
+    pub others: Vec<(Vec<f64>, f64)>,
     /// Lowest rate that the positions can tell, dB/m.
     pub least: f64,
 }
@@ -126,8 +136,8 @@ fn starts(job: &Job, measured: &MeasuredDecay, wanted: &[TrackKey]) -> Result<(T
         })?;
         if !(value > 0.0) {
             return Err(Error::Job(format!(
-                "bodies.{name}.track.{path}: found {value}, expected a value above 0 to begin with, as its logarithm is \
-                 fitted; set one by --set bodies.{name}.track.{path}=0.1"
+                "bodies.{name}.track.{path}: found {value}, expected a value above 0 to begin with, as its logarithm \
+                 is fitted; set one by --set bodies.{name}.track.{path}=0.1"
             )));
         }
         if !starts.iter().any(|(known, _)| *known == key) {
@@ -180,7 +190,7 @@ impl Problem<'_> {
         let forces: Vec<usize> =
             names.filter_map(|name| FORCES.iter().find(|(_, known)| *known == name).map(|(force, _)| *force)).collect();
         let own = |band: usize| band % self.world.size == self.world.rank;
-        let lines = Lines { centres: &self.measured.centre, own: &own, forces: &forces };
+        let lines = WantedBands { centres: &self.measured.centre, own: &own, forces: &forces };
         let mine = mean_squares(&self.rail.on_track(&track), self.wanted, &self.positions, &lines, &slopes);
         let mine = self.world.agree(mine.map_err(|e| e.context(format!("bodies.{}.track", self.rail.name))))?;
         let squares = self.world.sum_all(&mine.values);
@@ -197,6 +207,60 @@ impl Problem<'_> {
             jacobian: squares.chunks_exact(size).enumerate().map(row).collect(),
         };
         Ok(Rates { rates, evaluation })
+    }
+
+    /// Collective: evaluates the residuals, and says their root mean square.
+    fn evaluated(&self, theta: &[f64], progress: &Progress) -> Result<Evaluation> {
+        let evaluation = self.rates(theta)?.evaluation;
+        progress.note(format!("difference of the rates {:.3} dB", decibels(&evaluation)));
+        Ok(evaluation)
+    }
+
+    /// Collective: minima from the logarithms `theta` on, and from softer and stiffer tracks; the latter where they
+    /// converge.
+    fn minima(&self, theta: &[f64], bounds: &[[f64; 2]], progress: &Progress) -> Result<Vec<Minimum>> {
+        let from = |start: Vec<f64>| least_squares(start, bounds, NEAR, |at| self.evaluated(at, progress));
+        let mut found = vec![from(theta.to_vec())?];
+        for factor in STARTS {
+            let start = |(key, value): (&TrackKey, &f64)| value + if key.unit().is_empty() { 0.0 } else { factor.ln() };
+            match from(self.keys.iter().zip(theta).map(start).collect()) {
+                Ok(minimum) => found.push(minimum),
+                Err(Error::NotConverged(_)) => {}
+                Err(error) => return Err(error),
+            }
+        }
+        Ok(found)
+    }
+
+    /// Collective: the minimum near `theta` with motions of the section that were made for the track there.
+    fn until_it_stays(
+        mut self,
+        job: &Job,
+        mut theta: Vec<f64>,
+        bounds: &[[f64; 2]],
+        progress: &Progress,
+    ) -> Result<(Self, Minimum)> {
+        let mut moved = f64::INFINITY;
+        for _ in 0..ROUNDS {
+            let track = self.track(&theta);
+            self = self.renewed(job, track)?;
+            let found = least_squares(theta.clone(), bounds, SHORT, |at| self.evaluated(at, progress))?;
+            let covariance = found.there.covariance(theta.len())?;
+            let stays = |k: usize| {
+                let step = (found.parameters[k] - theta[k]).abs();
+                step < STAYS.max(STAYS_WITHIN * covariance[k][k].sqrt())
+            };
+            if (0..theta.len()).all(stays) {
+                return Ok((self, found));
+            }
+            moved = distance(&found.parameters, &theta);
+            theta = found.parameters;
+        }
+        Err(Error::NotConverged(format!(
+            "the fit to {}: found keys that still move by {moved:.1e} of themselves with new motions of the section, \
+             expected {STAYS:.0e} or a twentieth of their deviations; fit fewer keys, or begin elsewhere by --set",
+            self.measured.name
+        )))
     }
 
     /// Collective: the rail with motions of its section for another track of its own.
@@ -220,6 +284,22 @@ fn rail(job: &Job) -> Result<EndlessRail> {
 /// Returns the largest effect of each key on a logarithm of a rate.
 fn effects(evaluation: &Evaluation, keys: usize) -> Vec<f64> {
     (0..keys).map(|k| evaluation.jacobian.iter().map(|row| row[k].abs()).fold(0.0, f64::max)).collect()
+}
+
+/// Largest difference of two sets of logarithms.
+fn distance(a: &[f64], b: &[f64]) -> f64 {
+    a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
+}
+
+/// Values and root mean squares of the minima that are not `best` and nearly as good, each once.
+fn other_minima(minima: &[Minimum], best: &Minimum) -> Vec<(Vec<f64>, f64)> {
+    let mut others: Vec<&Minimum> = Vec::new();
+    for minimum in minima.iter().filter(|m| decibels(&m.there) < decibels(&best.there) + TOLD) {
+        if std::iter::once(&best).chain(&others).all(|o| distance(&o.parameters, &minimum.parameters) > APART) {
+            others.push(minimum);
+        }
+    }
+    others.iter().map(|m| (m.parameters.iter().map(|p| p.exp()).collect(), decibels(&m.there))).collect()
 }
 
 /// Root mean square of residuals, dB.
@@ -257,8 +337,8 @@ pub fn fit(
         keys: starts.iter().map(|(key, _)| *key).collect(),
         positions: POSITIONS.iter().map(|bay| bay * spacing).collect(),
     };
-    let mut theta: Vec<f64> = starts.iter().map(|(_, value)| value.ln()).collect();
-    let first = problem.rates(&theta)?.evaluation;
+    let values: Vec<f64> = starts.iter().map(|(_, value)| value.ln()).collect();
+    let first = problem.rates(&values)?.evaluation;
     let effective: Vec<bool> = effects(&first, starts.len()).into_iter().map(|effect| effect >= EFFECT).collect();
     let of = |kept: bool| starts.iter().zip(&effective).filter(move |(_, e)| **e == kept).map(|(start, _)| *start);
     let (held, starts): (Vec<_>, Vec<_>) = (of(false).collect(), of(true).collect());
@@ -271,39 +351,19 @@ pub fn fit(
         )));
     }
     problem.keys = starts.iter().map(|(key, _)| *key).collect();
-    theta = starts.iter().map(|(_, value)| value.ln()).collect();
+    let theta: Vec<f64> = starts.iter().map(|(_, value)| value.ln()).collect();
     let limit = FARTHEST.ln();
     let bounds: Vec<[f64; 2]> = theta.iter().map(|start| [start - limit, start + limit]).collect();
-    let mut count = 0;
-    let mut minimum: Option<Minimum> = None;
-    for round in 0..ROUNDS {
-        let found = least_squares(theta.clone(), &bounds, SHORT, |at| {
-            count += 1;
-            let rates = problem.rates(at)?;
-            progress.note(format!("evaluation {count}: {:.4} dB", decibels(&rates.evaluation)));
-            Ok(rates.evaluation)
-        })?;
-        let moved = found.parameters.iter().zip(&theta).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        theta.clone_from(&found.parameters);
-        minimum = Some(found);
-        if moved < STAYS {
-            break;
-        }
-        if round + 1 == ROUNDS {
-            return Err(Error::NotConverged(format!(
-                "the fit to {}: found keys that still move by {:.1e} of themselves with new motions of the section, \
-                 expected {STAYS:.0e}; fit fewer keys, or begin elsewhere by --set",
-                measured.name, moved
-            )));
-        }
-        let track = problem.track(&theta);
-        problem = problem.renewed(job, track)?;
-    }
-    let minimum = minimum.ok_or_else(|| Error::Defect("a fit without a round".into()))?;
-    let rates = problem.rates(&theta)?.rates;
+    let minima = problem.minima(&theta, &bounds, progress)?;
+    let best = minima.iter().min_by(|a, b| a.there.sum().total_cmp(&b.there.sum()));
+    let theta = best.map_or(theta, |minimum| minimum.parameters.clone());
+    let (problem, minimum) = problem.until_it_stays(job, theta, &bounds, progress)?;
+    let theta = &minimum.parameters;
+    let others = other_minima(&minima, &minimum);
+    let rates = problem.rates(theta)?.rates;
     let covariance = minimum.there.covariance(starts.len())?;
     let keys =
-        starts.iter().zip(&theta).zip(&bounds).enumerate().map(|(k, (((key, before), theta), bounds))| FittedKey {
+        starts.iter().zip(theta).zip(&bounds).enumerate().map(|(k, (((key, before), theta), bounds))| FittedKey {
             key: *key,
             before: *before,
             fitted: theta.exp(),
@@ -330,6 +390,7 @@ pub fn fit(
         bands: measured.nominal.clone(),
         directions: directions.collect(),
         residual: [decibels(&first), decibels(&minimum.there)],
+        others,
         least: lowest_rate(problem.positions[problem.positions.len() - 1]),
     })
 }

@@ -47,7 +47,7 @@ fn table(direction: &FittedDirection, bands: &[f64]) -> Vec<String> {
     lines
 }
 
-/// What the measured rates do not determine, and what to mind.
+/// Remarks: keys and bands that say nothing, and poor fits.
 fn remarks(fit: &TrackFit) -> Vec<String> {
     let mut remarks = Vec::new();
     for key in &fit.held {
@@ -64,6 +64,11 @@ fn remarks(fit: &TrackFit) -> Vec<String> {
         } else if !(key.deviation < UNCERTAIN) {
             remarks.push(format!("{} is not determined by these bands: its deviation is large", key.key.path()));
         }
+    }
+    for (values, residual) in &fit.others {
+        let all: Vec<String> =
+            fit.keys.iter().zip(values).map(|(key, v)| format!("{} {}", key.key.path(), value(*v))).collect();
+        remarks.push(format!("another minimum, {residual:.2} dB off the rates: {}", all.join(", ")));
     }
     for (i, row) in fit.correlation.iter().enumerate() {
         for (j, correlation) in row.iter().enumerate().take(i).filter(|(_, c)| c.abs() > ALIKE) {

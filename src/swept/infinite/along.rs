@@ -160,7 +160,7 @@ impl Wave {
     }
 }
 
-/// What a parameter changes at the pole of a wave.
+/// Change by a parameter at the pole of a wave.
 struct PoleSlope {
     xi: Complex64,
     /// Residues of the simple pole and of the double one.

@@ -27,8 +27,8 @@ impl Default for TrackSlope {
     }
 }
 
-/// Springs of 1 N/m² of each layer and direction on the motions of the section, `[layers][directions]` of `[q, q]`; pads
-/// first, then ballast where there are sleepers.
+/// Springs of 1 N/m² of each layer and direction on the motions of the section, `[layers][directions]` of `[q, q]`;
+/// pads first, then ballast where there are sleepers.
 #[derive(Debug, Clone, Default)]
 pub(super) struct UnitLayers(Vec<[Mat<f64>; DIRECTIONS]>);
 
