@@ -62,17 +62,21 @@ fn fit(folder: &Folder, ranks: usize, more: &[&str]) -> Ran {
     folder.call(ranks, "fit", &[&["--decay", &folder.text("rates.csv")], more].concat())
 }
 
-/// Rates without noise give the pads to three digits and more, on one and two ranks the same; the job that is written
-/// has these rates.
+/// Rates without noise give the pads to three digits and more, also from pads with another minimum beside them, on one
+/// and two ranks the same; the job that is written has these rates.
 #[test]
 fn pads_are_found_from_their_decay_rates() {
     let truth = Folder::with(job_on(KNOWN).to_string());
     let rows = computed(&truth);
-    let folder = Folder::with(job_on([120e6, 40e6, 0.2]).to_string());
+    let folder = Folder::with(job_on([20e6, 5e6, 0.2]).to_string());
     std::fs::write(folder.path("rates.csv"), table(&rows)).expect("write");
     let ran = fit(&folder, 1, &BAND);
-    for part in ["decay rates (vertical, lateral) of 7 bands from 250 to 1000 Hz", "left out: 1250, ", "0.00 dB fitted"]
-    {
+    for part in [
+        "decay rates (vertical, lateral) of 7 bands from 250 to 1000 Hz",
+        "left out: 1250, ",
+        "0.00 dB fitted",
+        "another minimum",
+    ] {
         assert!(ran.good().out.contains(part), "no {part:?} in: {}", ran.out);
     }
     let found = fitted(&folder);
@@ -156,12 +160,12 @@ fn a_beam_in_closed_form_gives_its_foundation() {
     println!("{}", ran.good().out);
     let [vertical, lateral, loss] = fitted(&folder);
     // The section yields above the pads, as the beam does not.
-    assert!((vertical / 250e6 - 1.0).abs() < 0.05 && (loss / 0.2 - 1.0).abs() < 0.1, "{vertical} {loss}");
+    assert!((vertical / 250e6 - 1.0).abs() < 0.02 && (loss / 0.2 - 1.0).abs() < 0.03, "{vertical} {loss}");
     assert_eq!(lateral, 40e6, "not measured, not fitted");
 }
 
-/// The pads of the program rolland, docs/data/track_decay_rolland.py, from bands in which the web does not bend, as that
-/// of a beam.
+/// The pads of the program rolland, docs/data/track_decay_rolland.py, from bands in which the web does not bend, like
+/// that of a beam.
 #[test]
 fn rates_of_another_program_give_its_pads() {
     let mut job = job_on([250e6, 20e6, 0.1]);

@@ -29,6 +29,8 @@ const EFFECT: f64 = 0.02;
 const FARTHEST: f64 = 100.0;
 /// Stiffness with which other fits begin, over that of the job: the sum of squares may have several minima.
 const STARTS: [f64; 2] = [0.2, 5.0];
+/// Stiffness over that of the job at which the rates are looked at to begin with the best of each direction.
+const LOOKED_AT: [f64; 6] = [0.125, 0.25, 0.5, 2.0, 4.0, 8.0];
 /// Longest steps, of a logarithm, that end a fit: one from another start, and the last ones.
 const NEAR: f64 = 1e-3;
 const SHORT: f64 = 1e-5;
@@ -216,20 +218,49 @@ impl Problem<'_> {
         Ok(evaluation)
     }
 
-    /// Collective: minima from the logarithms `theta` on, and from softer and stiffer tracks; the latter where they
-    /// converge.
+    /// The logarithms `theta` with all stiffness times `factor`.
+    fn stiffer(&self, theta: &[f64], factor: f64) -> Vec<f64> {
+        let start = |(key, value): (&TrackKey, &f64)| value + if key.unit().is_empty() { 0.0 } else { factor.ln() };
+        self.keys.iter().zip(theta).map(start).collect()
+    }
+
+    /// Collective: the logarithms `theta` with the stiffness of each direction times that of [`LOOKED_AT`] with which
+    /// its rates are nearest to the measured ones.
+    fn scanned(&self, theta: &[f64], progress: &Progress) -> Result<Vec<f64>> {
+        let size = self.measured.nominal.len();
+        let mut best = vec![(f64::INFINITY, 1.0); self.measured.directions.len()];
+        for factor in LOOKED_AT.into_iter().chain([1.0]) {
+            let evaluation = match self.evaluated(&self.stiffer(theta, factor), progress) {
+                Err(Error::NotConverged(_)) => continue,
+                found => found?,
+            };
+            for (best, residuals) in best.iter_mut().zip(evaluation.residuals.chunks_exact(size)) {
+                let sum: f64 = residuals.iter().map(|r| r * r).sum();
+                if sum < best.0 {
+                    *best = (sum, factor);
+                }
+            }
+        }
+        let factor = |key: &TrackKey| {
+            let of = |(name, _): &(&str, Vec<f64>)| key.direction() == Some(name);
+            self.measured.directions.iter().position(of).map_or(1.0, |d| best[d].1)
+        };
+        Ok(self.keys.iter().zip(theta).map(|(key, value)| value + factor(key).ln()).collect())
+    }
+
+    /// Collective: minima from the logarithms `theta` on, and from other tracks, the latter where they converge.
     fn minima(&self, theta: &[f64], bounds: &[[f64; 2]], progress: &Progress) -> Result<Vec<Minimum>> {
         let from = |start: Vec<f64>| least_squares(start, bounds, NEAR, |at| self.evaluated(at, progress));
-        let mut found = vec![from(theta.to_vec())?];
-        for factor in STARTS {
-            let start = |(key, value): (&TrackKey, &f64)| value + if key.unit().is_empty() { 0.0 } else { factor.ln() };
-            match from(self.keys.iter().zip(theta).map(start).collect()) {
+        let [softer, stiffer] = STARTS.map(|factor| self.stiffer(theta, factor));
+        let (mut found, mut failed) = (Vec::new(), None);
+        for start in [theta.to_vec(), softer, stiffer, self.scanned(theta, progress)?] {
+            match from(start) {
                 Ok(minimum) => found.push(minimum),
-                Err(Error::NotConverged(_)) => {}
+                Err(Error::NotConverged(text)) => failed = failed.or(Some(Error::NotConverged(text))),
                 Err(error) => return Err(error),
             }
         }
-        Ok(found)
+        failed.filter(|_| found.is_empty()).map_or(Ok(found), Err)
     }
 
     /// Collective: the minimum near `theta` with motions of the section that were made for the track there.

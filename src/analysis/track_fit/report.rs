@@ -16,7 +16,8 @@ pub fn lines(fit: &TrackFit) -> Vec<String> {
     for key in &fit.keys {
         let name = format!("{} {}", key.key.path(), key.key.unit());
         let percent = 100.0 * key.deviation.exp_m1();
-        lines.push(format!("  {name:<26}{:>12}{:>14}{:>10.1} %", value(key.before), value(key.fitted), percent));
+        let percent = if percent < 100.0 { format!("{percent:.1}") } else { "> 100".to_owned() };
+        lines.push(format!("  {name:<28}{:>10}{:>14}{percent:>10} %", value(key.before), value(key.fitted)));
     }
     lines.push(format!(
         "difference of the rates, root mean square: {:.2} dB with the values of the job, {:.2} dB fitted",
@@ -106,4 +107,69 @@ fn remarks(fit: &TrackFit) -> Vec<String> {
         ));
     }
     remarks
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::FittedKey;
+    use super::*;
+    use crate::case::endless_rail::TrackKey;
+
+    fn key(key: TrackKey, fitted: f64, deviation: f64) -> FittedKey {
+        FittedKey { key, before: 1e8, fitted, deviation, bound: false }
+    }
+
+    fn good() -> TrackFit {
+        let rates = vec![2.0, 1.0];
+        TrackFit {
+            body: "lower",
+            keys: vec![key(TrackKey::PadVertical, 2e8, 0.05), key(TrackKey::PadLoss, 0.25, 0.1)],
+            held: Vec::new(),
+            correlation: vec![vec![1.0, 0.3], vec![0.3, 1.0]],
+            bands: vec![250.0, 315.0],
+            directions: vec![FittedDirection {
+                name: "vertical",
+                measured: rates.clone(),
+                fitted: vec![2.2, 1.0],
+                without_effect: Vec::new(),
+            }],
+            residual: [3.0, 0.3],
+            others: Vec::new(),
+            least: 0.1,
+        }
+    }
+
+    #[test]
+    fn a_good_fit_has_its_numbers_and_no_remarks() {
+        let text = lines(&good()).join("\n");
+        for part in ["pad.vertical N/m", "2.000e8", "5.1 %", "3.00 dB with", "0.30 dB fitted", "250 Hz", "+0.41"] {
+            assert!(text.contains(part), "no {part:?} in: {text}");
+        }
+        assert!(!text.contains("remark"), "{text}");
+    }
+
+    #[test]
+    fn each_lack_has_its_remark() {
+        let changes: [(fn(&mut TrackFit), &str); 8] = [
+            (|fit| fit.held = vec![TrackKey::BallastLoss], "sleeper.ballast.loss_factor has no effect"),
+            (|fit| fit.keys[0].bound = true, "pad.vertical ended at the limit"),
+            (|fit| fit.keys[1].deviation = 0.8, "pad.loss_factor is not determined"),
+            (|fit| fit.keys[1].deviation = f64::NAN, "pad.loss_factor is not determined"),
+            (|fit| fit.others = vec![(vec![3e7, 0.4], 0.9)], "0.90 dB off the rates: pad.vertical 3.000e7"),
+            (|fit| fit.correlation[1][0] = -0.97, "pad.vertical and pad.loss_factor are hardly told apart"),
+            (
+                |fit| fit.directions[0].without_effect = vec![315.0],
+                "no key has an effect on the vertical rates at 315 Hz",
+            ),
+            (|fit| fit.directions[0].measured[1] = 0.15, "below 0.20 dB/m, which the positions of the standard"),
+        ];
+        for (change, wanted) in changes {
+            let mut fit = good();
+            change(&mut fit);
+            let told = remarks(&fit);
+            assert!(told.len() == 1 && told[0].contains(wanted), "{told:?}, expected {wanted}");
+        }
+        let poor = TrackFit { residual: [5.0, 2.5], ..good() };
+        assert!(remarks(&poor)[0].contains("2.5 dB off"), "{:?}", remarks(&poor));
+    }
 }
