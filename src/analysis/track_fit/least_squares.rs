@@ -101,15 +101,27 @@ pub fn least_squares(
     let mut damping = DAMPING;
     for _ in 1..EVALUATIONS {
         let (normal, slope) = best.there.normal(n);
-        let most = (0..n).map(|i| normal[(i, i)]).fold(f64::MIN_POSITIVE, f64::max);
-        let damped = Mat::from_fn(n, n, |i, j| {
-            normal[(i, j)] + if i == j { damping * normal[(i, i)].max(SMALLEST * most) } else { 0.0 }
+        // A parameter at a bound that the sum pushes beyond it stays there.
+        let outward = |i: usize| {
+            let at = best.parameters[i];
+            (at <= bounds[i][0] && slope[(i, 0)] > 0.0) || (at >= bounds[i][1] && slope[(i, 0)] < 0.0)
+        };
+        let free: Vec<usize> = (0..n).filter(|i| !outward(*i)).collect();
+        if free.is_empty() {
+            return Ok(best);
+        }
+        let most = free.iter().map(|i| normal[(*i, *i)]).fold(f64::MIN_POSITIVE, f64::max);
+        let damped = Mat::from_fn(free.len(), free.len(), |i, j| {
+            let entry = normal[(free[i], free[j])];
+            entry + if i == j { damping * entry.max(SMALLEST * most) } else { 0.0 }
         });
-        let step = damped.partial_piv_lu().solve(&slope);
-        let length = (0..n).map(|i| step[(i, 0)].abs()).fold(0.0, f64::max);
+        let step = damped.partial_piv_lu().solve(&Mat::from_fn(free.len(), 1, |i, _| slope[(free[i], 0)]));
+        let length = (0..free.len()).map(|i| step[(i, 0)].abs()).fold(0.0, f64::max);
         let scale = if length > LONGEST { LONGEST / length } else { 1.0 };
-        let trial: Vec<f64> =
-            (0..n).map(|i| (best.parameters[i] - scale * step[(i, 0)]).clamp(bounds[i][0], bounds[i][1])).collect();
+        let mut trial = best.parameters.clone();
+        for (i, k) in free.iter().enumerate() {
+            trial[*k] = (trial[*k] - scale * step[(i, 0)]).clamp(bounds[*k][0], bounds[*k][1]);
+        }
         let moves: Vec<f64> = trial.iter().zip(&best.parameters).map(|(a, b)| a - b).collect();
         let reached = damping < FREE && best.there.reduction(&moves) < REACHED * best.there.variance(n);
         if reached || moves.iter().all(|step| step.abs() < short) {

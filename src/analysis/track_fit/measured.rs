@@ -172,7 +172,7 @@ mod tests {
         assert_eq!(found.directions, [("vertical", vec![2.5, 2.0, 1.0]), ("lateral", vec![1.1, 1.2, 1.3])]);
         assert_eq!(found.left_out, [80.0]);
         // A gap is one only within what is asked for.
-        let gap = "# frequency,vertical\n100,1\n125,2\n200,3\n250,4\n315,4\n";
+        let gap = "frequency,vertical\n100,1\n125,2\n200,3\n250,4\n315,4\n";
         assert_eq!(read(gap, &[[100.0, 130.0], [190.0, 260.0]]).expect("rates").nominal, [100.0, 125.0, 200.0, 250.0]);
     }
 

@@ -150,7 +150,8 @@ mod tests {
 
     #[test]
     fn each_lack_has_its_remark() {
-        let changes: [(fn(&mut TrackFit), &str); 8] = [
+        type Change = fn(&mut TrackFit);
+        let changes: [(Change, &str); 8] = [
             (|fit| fit.held = vec![TrackKey::BallastLoss], "sleeper.ballast.loss_factor has no effect"),
             (|fit| fit.keys[0].bound = true, "pad.vertical ended at the limit"),
             (|fit| fit.keys[1].deviation = 0.8, "pad.loss_factor is not determined"),

