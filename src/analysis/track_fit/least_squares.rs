@@ -101,26 +101,25 @@ pub fn least_squares(
     let mut damping = DAMPING;
     for _ in 1..EVALUATIONS {
         let (normal, slope) = best.there.normal(n);
-        // A parameter at a bound that the sum pushes beyond it stays there.
-        let outward = |i: usize| {
-            let at = best.parameters[i];
-            (at <= bounds[i][0] && slope[(i, 0)] > 0.0) || (at >= bounds[i][1] && slope[(i, 0)] < 0.0)
+        // Parameters at a bound that the step of all others would push beyond it stay there.
+        let mut free: Vec<usize> = (0..n).collect();
+        let step = loop {
+            let step = damped_step(&normal, &slope, &free, damping);
+            let outward = |i: usize, k: usize| {
+                let at = best.parameters[k];
+                (at <= bounds[k][0] && step[i] < 0.0) || (at >= bounds[k][1] && step[i] > 0.0)
+            };
+            let inside: Vec<usize> = (0..free.len()).filter(|i| !outward(*i, free[*i])).map(|i| free[i]).collect();
+            if inside.len() == free.len() {
+                break step;
+            }
+            free = inside;
         };
-        let free: Vec<usize> = (0..n).filter(|i| !outward(*i)).collect();
-        if free.is_empty() {
-            return Ok(best);
-        }
-        let most = free.iter().map(|i| normal[(*i, *i)]).fold(f64::MIN_POSITIVE, f64::max);
-        let damped = Mat::from_fn(free.len(), free.len(), |i, j| {
-            let entry = normal[(free[i], free[j])];
-            entry + if i == j { damping * entry.max(SMALLEST * most) } else { 0.0 }
-        });
-        let step = damped.partial_piv_lu().solve(&Mat::from_fn(free.len(), 1, |i, _| slope[(free[i], 0)]));
-        let length = (0..free.len()).map(|i| step[(i, 0)].abs()).fold(0.0, f64::max);
+        let length = step.iter().map(|step| step.abs()).fold(0.0, f64::max);
         let scale = if length > LONGEST { LONGEST / length } else { 1.0 };
         let mut trial = best.parameters.clone();
-        for (i, k) in free.iter().enumerate() {
-            trial[*k] = (trial[*k] - scale * step[(i, 0)]).clamp(bounds[*k][0], bounds[*k][1]);
+        for (step, k) in step.iter().zip(&free) {
+            trial[*k] = (trial[*k] + scale * step).clamp(bounds[*k][0], bounds[*k][1]);
         }
         let moves: Vec<f64> = trial.iter().zip(&best.parameters).map(|(a, b)| a - b).collect();
         let reached = damping < FREE && best.there.reduction(&moves) < REACHED * best.there.variance(n);
@@ -142,6 +141,20 @@ pub fn least_squares(
          begin elsewhere",
         best.there.sum()
     )))
+}
+
+/// Step of the parameters `free`, the others at rest.
+fn damped_step(normal: &Mat<f64>, slope: &Mat<f64>, free: &[usize], damping: f64) -> Vec<f64> {
+    if free.is_empty() {
+        return Vec::new();
+    }
+    let most = free.iter().map(|i| normal[(*i, *i)]).fold(f64::MIN_POSITIVE, f64::max);
+    let damped = Mat::from_fn(free.len(), free.len(), |i, j| {
+        let entry = normal[(free[i], free[j])];
+        entry + if i == j { damping * entry.max(SMALLEST * most) } else { 0.0 }
+    });
+    let step = damped.partial_piv_lu().solve(&Mat::from_fn(free.len(), 1, |i, _| -slope[(free[i], 0)]));
+    (0..free.len()).map(|i| step[(i, 0)]).collect()
 }
 
 #[cfg(test)]
