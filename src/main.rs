@@ -7,7 +7,7 @@ mod cli;
 
 use clap::Parser;
 use cli::args::{beside, completion, default_job, manual, Changes, Cli, Command};
-use cli::{init, isolated_reader, launch, rank_watchdog, results, versions};
+use cli::{fit, init, isolated_reader, launch, rank_watchdog, results, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
 use railsqueal::analysis::{self, job_of_branches, RunOptions};
@@ -168,6 +168,9 @@ fn parallel(command: Result<Command>, speaks: bool) -> i32 {
             })
         }
         Command::Curving { job, changes, contact } => print_curving(&world, &job, &changes, contact),
+        Command::Fit { file, band, track, .. } => {
+            fit::track(&world, &file, &band, &track).and_then(|text| world.on_root(|| print(&text)).map(|_| ()))
+        }
         Command::Check { job, changes, mesh } => check(&world, &job, &changes, mesh.as_deref()),
         _ => Ok(()),
     });

@@ -88,6 +88,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     (
         "analysis",
         &[
+            "input",
             "dense",
             "parallel",
             "progress",

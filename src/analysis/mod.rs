@@ -21,6 +21,7 @@ mod steady;
 pub(crate) mod steps;
 mod sweep;
 mod track_decay;
+pub mod track_fit;
 mod transient;
 
 use crate::body::{Capability, Kind};

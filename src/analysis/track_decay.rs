@@ -1,10 +1,11 @@
 //! The analysis `track_decay`: decay rates of the track of a rail by EN 15461, tables under `/track_decay`.
 
 use super::run::Run;
-use crate::case::rail::{endless, EndlessRail};
+use crate::case::endless_rail::{endless, EndlessRail};
 use crate::job::TrackDecay;
 use crate::output::datasets::track_decay::{tables, DirectionalDecay};
 use crate::sound::Bands;
+use crate::swept::infinite::TrackSlope;
 use crate::swept::track_decay::{decay_rate, lowest_rate, POSITIONS};
 use crate::swept::Infinite;
 use crate::{Error, Result};
@@ -12,24 +13,31 @@ use std::f64::consts::PI;
 
 /// Bands of the standard, Hz.
 const BANDS: [f64; 2] = [250.0, 5000.0];
+/// Highest frequency of the bands, Hz, and a little more.
+pub(super) const REACH: f64 = BANDS[1] * 1.13;
 /// Forces of [`Infinite::along`] that are examined: normal, which is vertical in the upright frame, and lateral.
-const FORCES: [(usize, &str); 2] = [(2, "vertical"), (1, "lateral")];
+pub(super) const FORCES: [(usize, &str); 2] = [(2, "vertical"), (1, "lateral")];
 
 /// Collective: decay rates of the rail of the job, vertical and lateral; the ranks share the bands.
 pub fn run(run: &mut Run) -> Result<()> {
     let Some(wanted) = &run.job.analyses.track_decay else { return Ok(()) };
     run.progress.stage("track decay rates");
     let world = run.world();
-    let Some(found) = world.agree(endless(run.job, BANDS[1] * 1.13))? else {
+    let Some(found) = world.agree(endless(run.job, REACH))? else {
         return Err(Error::Defect("track decay rates without a rail".into()));
     };
-    let EndlessRail { name, rail, spacing } = found;
+    let EndlessRail { name, rail, spacing, .. } = found;
     let spacing = wanted.spacing.unwrap_or(spacing);
     let bands = Bands::spanning(BANDS[0], BANDS[1]);
     let positions: Vec<f64> = POSITIONS.iter().map(|bay| bay * spacing).collect();
-    let mine = squares(&rail, wanted, &positions, (&bands, world.rank, world.size));
+    let centres = bands.centres();
+    // Bands are of one rank each: sums are the same on any number of them.
+    let own = |band: usize| band % world.size == world.rank;
+    let forces = FORCES.map(|(force, _)| force);
+    let mine =
+        mean_squares(&rail, wanted, &positions, &WantedBands { centres: &centres, own: &own, forces: &forces }, &[]);
     let mine = world.agree(mine.map_err(|e| e.context(format!("bodies.{name}.track"))))?;
-    let all = world.sum_all(&mine);
+    let all = world.sum_all(&mine.values);
     if !world.is_root() {
         return Ok(());
     }
@@ -69,31 +77,54 @@ pub fn run(run: &mut Run) -> Result<()> {
     Ok(())
 }
 
-/// Means of |velocity per force|² over each band at the positions, `[2, bands, positions]`: those of the bands
-/// of rank `rank` of `size`, 0 for the others.
-fn squares(
+/// Forces and bands whose responses are wanted.
+pub(super) struct WantedBands<'a> {
+    /// Centres of all bands, Hz.
+    pub centres: &'a [f64],
+    /// Returns whether a band is this rank's.
+    pub own: &'a dyn Fn(usize) -> bool,
+    /// Forces of [`Infinite::along`].
+    pub forces: &'a [usize],
+}
+
+/// Means of |velocity per force|² over each band at the positions, `[forces, bands, positions]`, and their derivatives
+/// by the parameters `slopes`, `[slopes]` of the same; 0 for bands of other ranks.
+pub(super) fn mean_squares(
     rail: &Infinite,
     wanted: &TrackDecay,
     positions: &[f64],
-    (bands, rank, size): (&Bands, usize, usize),
-) -> Result<Vec<f64>> {
+    lines: &WantedBands,
+    slopes: &[TrackSlope],
+) -> Result<MeanSquares> {
     // The hammer stands beside the accelerometer for the direct response.
     let at: Vec<f64> = positions.iter().map(|x| x.max(wanted.offset)).collect();
-    let centres = bands.centres();
-    let mut sums = vec![0.0; FORCES.len() * centres.len() * at.len()];
+    let (centres, forces) = (lines.centres, lines.forces);
+    let size = forces.len() * centres.len() * at.len();
+    let mut sums = MeanSquares { values: vec![0.0; size], slopes: vec![vec![0.0; size]; slopes.len()] };
     let half = 10f64.powf(0.05);
-    let lines = wanted.lines as usize;
-    let jobs = centres.iter().enumerate().flat_map(|(band, centre)| (0..lines).map(move |k| (band, *centre, k)));
-    // Bands are of one rank each: sums are the same on any number of them.
-    for (band, centre, k) in jobs.filter(|(band, ..)| band % size == rank) {
+    let count = wanted.lines as usize;
+    let jobs = centres.iter().enumerate().flat_map(|(band, centre)| (0..count).map(move |k| (band, *centre, k)));
+    for (band, centre, k) in jobs.filter(|(band, ..)| (lines.own)(*band)) {
         let (low, high) = (centre / half, centre * half);
-        let omega = 2.0 * PI * (low + (high - low) * (k as f64 + 0.5) / lines as f64);
-        let moved = rail.along(omega, &FORCES.map(|(force, _)| force), &at)?;
-        for (d, response) in moved.iter().enumerate() {
-            for (n, h) in response.iter().enumerate() {
-                sums[(d * centres.len() + band) * at.len() + n] += omega * omega * h.norm_sqr() / lines as f64;
+        let omega = 2.0 * PI * (low + (high - low) * (k as f64 + 0.5) / count as f64);
+        let weight = omega * omega / count as f64;
+        for (d, moved) in rail.along_slopes(omega, forces, &at, slopes)?.iter().enumerate() {
+            let first = (d * centres.len() + band) * at.len();
+            for (n, h) in moved.response.iter().enumerate() {
+                sums.values[first + n] += weight * h.norm_sqr();
+                for (sum, slope) in sums.slopes.iter_mut().zip(&moved.slopes) {
+                    sum[first + n] += weight * 2.0 * (h.conj() * slope[n]).re;
+                }
             }
         }
     }
     Ok(sums)
+}
+
+/// Means of |velocity per force|².
+pub(super) struct MeanSquares {
+    /// `[forces, bands, positions]`.
+    pub values: Vec<f64>,
+    /// Derivatives, `[parameters]` of the same.
+    pub slopes: Vec<Vec<f64>>,
 }

@@ -6,6 +6,7 @@ pub mod bodies;
 mod contact_places;
 pub mod curving;
 pub(crate) mod display_modes;
+pub mod endless_rail;
 pub(crate) mod interface;
 pub(crate) mod limit_cycle_point;
 mod mesh_diagnostics;

@@ -8,10 +8,9 @@ use crate::job::{self, Extruded, Job, MeshSource, RailFile, RailSection};
 use crate::mesh::msh::plane;
 use crate::parallel::World;
 use crate::summary::Summary;
-use crate::swept::infinite::InfiniteRailSpec;
 use crate::swept::waves::Damping;
+use crate::swept::BuiltRail;
 use crate::swept::{Beam, DiscreteSupports, Drawn, DrawnRail, Ends, Layer, Path, Rail, Sleeper, Track};
-use crate::swept::{BuiltRail, Infinite, Patch};
 use crate::{Error, Result};
 use std::f64::consts::PI;
 use std::rc::Rc;
@@ -31,9 +30,6 @@ const LONGEST: f64 = 120.0;
 const ENDLESS: f64 = 0.1;
 const HIGHEST: f64 = 5000.0;
 const NEXT: f64 = 1.01;
-
-/// Radius of the tip of a hammer, m.
-const HAMMER: f64 = 5e-3;
 
 /// Largest angle between the contact's frame, which is that of the profiles, and the surface of the section, rad.
 const ASKEW: f64 = 0.5;
@@ -76,7 +72,7 @@ fn given(extruded: &Extruded) -> RailContactPosition {
 }
 
 /// Its section, with the contact point at a place of its head.
-fn section(extruded: &Extruded, at: RailContactPosition) -> Result<Rail> {
+pub(super) fn section(extruded: &Extruded, at: RailContactPosition) -> Result<Rail> {
     let section = match (&extruded.section, extruded.section.built()) {
         (RailSection::File(file), _) => drawn(file, at).map(Rail::Drawn),
         (_, Some(rail)) => built(rail, at).map(Rail::Built),
@@ -155,8 +151,8 @@ pub fn measured(job: &Job) -> Result<Vec<String>> {
     rails.map(|(name, body, rail)| line(name, body, rail)).collect()
 }
 
-/// Track under a rail of the mass `mass`, kg/m.
-fn laid(track: &job::Track, mass: f64) -> Track {
+/// Track under a rail of the mass `mass`, kg/m, spread evenly.
+pub(super) fn continuous_track(track: &job::Track, mass: f64) -> Track {
     let layer = |of: &job::Layer, mass: f64| {
         let [vertical, lateral] = [of.vertical, of.lateral].map(|k| k / track.spacing);
         Layer::with_loss([vertical, lateral, lateral], of.loss_factor, mass)
@@ -194,45 +190,6 @@ fn ends(track: &job::Track, period: f64, speed: f64) -> Option<Ends> {
     })
 }
 
-/// A rail without ends, its pads and sleepers spread evenly, under forces at the top of its head in the upright frame.
-pub struct EndlessRail {
-    /// Body that it is.
-    pub name: &'static str,
-    /// Its motions under forces along (x, y, down).
-    pub rail: Infinite,
-    /// Distance of the sleepers, m.
-    pub spacing: f64,
-}
-
-/// The first rail of a job as one without ends, for frequencies up to `reach`, Hz; none where the job has no rail.
-pub fn endless(job: &Job, reach: f64) -> Result<Option<EndlessRail>> {
-    let rail = |(name, body): (&'static str, &job::Body)| {
-        let extruded = extruded(body)?;
-        let made = || {
-            let track = body.track.clone().unwrap_or_default();
-            let m = body.elastic()?;
-            let material = Material { young: m.young, poisson: m.poisson, density: m.density };
-            let section = section(extruded, RailContactPosition { y: 0.0, z: None, right: false, tilt: None })?;
-            let angle = section.contact().angle;
-            let meshed = section.for_modes()?;
-            let laid = laid(&track, meshed.area() * m.density);
-            let making = InfiniteRailSpec {
-                section: meshed,
-                material,
-                track: Some(laid),
-                angle,
-                tilt: -angle,
-                loss: track.loss_factor,
-                patch: Patch { radius: HAMMER },
-            };
-            let rail = Infinite::new(&making, 2.0 * PI * reach)?;
-            Ok(EndlessRail { name, rail, spacing: track.spacing })
-        };
-        Some(made().map_err(|e: Error| e.context(format!("bodies.{name}"))))
-    };
-    job.bodies().into_iter().find_map(rail).transpose()
-}
-
 /// A rail, and what beams tell of it.
 struct Planned<'a> {
     making: RailSpec<'a>,
@@ -259,7 +216,7 @@ fn planned<'a>(
     let beam = |lateral| section.beam(material, lateral, track.loss_factor);
     let beams = [(0, beam(false)?), (2, beam(true)?)];
     let beam = beams[0].1;
-    let laid = laid(&track, beam.density * beam.area);
+    let laid = continuous_track(&track, beam.density * beam.area);
     let period = extruded.length;
     let ends = ends(&track, period, beam.speed());
     if let Some(lowest) = lowest(job) {
@@ -382,7 +339,7 @@ pub fn endless_from(body: &job::Body) -> Result<Option<f64>> {
     let m = body.elastic()?;
     let material = Material { young: m.young, poisson: m.poisson, density: m.density };
     let beam = section(extruded, given(extruded))?.beam(material, false, track.loss_factor)?;
-    let laid = laid(&track, beam.density * beam.area);
+    let laid = continuous_track(&track, beam.density * beam.area);
     let ends = ends(&track, extruded.length, beam.speed()).filter(|ends| ends.along > 0.0);
     Ok(ends.and_then(|ends| endless_along(&beam, &laid, &ends)))
 }
@@ -431,7 +388,7 @@ mod tests {
 
     fn found(track: &job::Track, period: f64, lowest: f64) -> (f64, Result<()>) {
         let beams = [0, 2].map(|direction| (direction, beam(direction == 2, track.loss_factor)));
-        let laid = laid(track, 60.2);
+        let laid = continuous_track(track, 60.2);
         let ends = ends(track, period, beams[0].1.speed()).unwrap();
         (off(&beams, &laid, &ends, lowest), long_enough(&beams, &laid, ends, lowest))
     }
@@ -458,7 +415,7 @@ mod tests {
     fn longer_rails_are_endless_from_lower_on() {
         let usual = job::Track::default();
         let beam = beam(false, usual.loss_factor);
-        let laid = laid(&usual, 60.2);
+        let laid = continuous_track(&usual, 60.2);
         let from =
             |period: f64, track: &job::Track| endless_along(&beam, &laid, &ends(track, period, beam.speed()).unwrap());
         let [short, long] = [14.0, 42.0].map(|period| from(period, &usual).unwrap());

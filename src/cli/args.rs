@@ -125,12 +125,15 @@ pub enum Command {
         #[command(flatten)]
         measured: MeasuredOptions,
     },
-    /// Fit natural frequencies and damping of modes to measured frequency responses, for `bodies.*.modes.measured`
+    /// Fit natural frequencies and damping of modes to measured frequency responses, for `bodies.*.modes.measured`; or
+    /// the pads of a rail to measured track decay rates
     Fit {
-        /// Universal file (.uff, .unv) with frequency responses (dataset 58) or modes (dataset 55)
-        #[arg(value_name = "FILE.uff")]
+        /// Universal file (.uff, .unv) with frequency responses (dataset 58) or modes (dataset 55); with --decay a job
+        /// file (JSON) with analyses.track_decay
+        #[arg(value_name = "FILE")]
         file: PathBuf,
-        /// Frequencies within which modes are fitted, Hz [default: about each peak]; repeatable
+        /// Frequencies within which modes are fitted [default: about each peak], or bands of decay rates [default:
+        /// all], Hz; repeatable
         #[arg(long, value_name = "FROM,TO")]
         band: Vec<String>,
         /// Modes in each band [default: as many as the responses tell]
@@ -145,6 +148,8 @@ pub enum Command {
         /// png, pdf, svg, or several: png,pdf [default: png]
         #[arg(long, value_name = "LIST")]
         format: Option<String>,
+        #[command(flatten)]
+        track: TrackFitOptions,
     },
     /// Say what differs between two results; exit code 0 if they agree, 1 if not, 2 if they cannot be compared
     Compare {
@@ -214,14 +219,14 @@ impl Command {
         matches!(self, Self::Init { .. }) || self.is_of_results()
     }
 
-    /// True for commands on result files and drawings, which the Python package performs.
+    /// True for commands on result files, drawings and hammer tests, which the Python package performs.
     pub fn is_of_results(&self) -> bool {
         matches!(
             self,
             Self::Summary { .. }
                 | Self::Plot { .. }
                 | Self::Report { .. }
-                | Self::Fit { .. }
+                | Self::Fit { track: TrackFitOptions { decay: None, .. }, .. }
                 | Self::Compare { .. }
                 | Self::Sound { .. }
                 | Self::Export { .. }
@@ -243,6 +248,25 @@ pub struct MeasuredOptions {
     /// Axes of the file along x, y and z of the job, as in Y,-X,Z
     #[arg(long, value_name = "X,Y,Z", requires = "measured", allow_hyphen_values = true)]
     axes: Option<String>,
+    /// Measured track decay rates: columns frequency (Hz), vertical, lateral (dB/m)
+    #[arg(long, value_name = "FILE.csv")]
+    decay: Option<PathBuf>,
+}
+
+/// Options of `fit` for the track of a job.
+#[derive(Debug, Args)]
+pub struct TrackFitOptions {
+    /// Measured track decay rates, to which the track of a job is fitted: columns frequency (Hz), vertical, lateral
+    /// (dB/m)
+    #[arg(long, value_name = "FILE.csv", conflicts_with_all = ["modes", "datasets", "out", "format"])]
+    pub decay: Option<PathBuf>,
+    /// Key below bodies.*.track that is fitted, such as pad.vertical or sleeper.ballast.loss_factor [default: stiffness
+    /// and loss factor of the pads]; repeatable
+    #[arg(long, value_name = "KEY", requires = "decay")]
+    pub key: Vec<String>,
+    /// Override a key of the job, such as a value to begin with: dotted path and JSON value (or text); repeatable
+    #[arg(long = "set", value_name = "KEY=VALUE", allow_hyphen_values = true, requires = "decay")]
+    pub sets: Vec<String>,
 }
 
 /// Options of `section`. The Python package reads them; here they are checked, completed and documented.
@@ -453,6 +477,22 @@ mod tests {
             assert!(command.is_hide_set() || bash.contains(&format!("railsqueal,{name})")), "{name}");
         }
         assert!(manual.contains("Exit codes"));
+    }
+
+    /// The options of pictures and reports are those of the Python package.
+    #[test]
+    fn decay_rates_are_fitted_here_and_modes_in_python() {
+        let parse = |line: &[&str]| Cli::try_parse_from([&["railsqueal"], line].concat()).map(|cli| cli.command);
+        let of_results = |line: &[&str]| parse(line).expect("a command").is_some_and(|c| c.is_of_results());
+        assert!(of_results(&["fit", "hammer.uff", "--modes", "2"]));
+        assert!(!of_results(&["fit", "job.json", "--decay", "rates.csv", "--key", "pad.vertical"]));
+        assert!(
+            of_results(&["plot", "r.h5", "--decay", "rates.csv"])
+                && of_results(&["report", "r.h5", "--decay", "r.csv"])
+        );
+        for line in [&["fit", "job.json", "--key", "pad.vertical"][..], &["fit", "j", "--decay", "r", "--modes", "2"]] {
+            assert!(parse(line).is_err(), "{line:?}");
+        }
     }
 
     #[test]

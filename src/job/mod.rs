@@ -6,6 +6,7 @@ mod compare;
 mod contact_frames;
 mod cycles;
 mod damping;
+mod edited;
 #[cfg(test)]
 pub(crate) mod example;
 mod format;
@@ -26,6 +27,7 @@ pub use branches::{key_unit, Branches, EarlierResult, Starts, StartsBy};
 pub use compare::{differences, fe_inputs, run_differences, Difference};
 pub use cycles::{Branch, Cycles};
 pub use damping::{damping_lines, undamped};
+pub use edited::with_numbers;
 pub use format::FORMAT;
 pub use hertz::contact_radius;
 pub use model::*;

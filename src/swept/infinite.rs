@@ -5,6 +5,9 @@
 //! matrices are projected on the modes of some wavenumbers and on what forces there do at rest.
 
 mod along;
+mod supports;
+
+pub use supports::TrackSlope;
 
 use super::modes::of_order;
 use super::{turned, Forms, LineLoad, Outline, Patch, Path, Section, Track, LOADS};
@@ -15,6 +18,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 use num_complex::Complex64;
 use std::f64::consts::PI;
+use supports::UnitLayers;
 
 /// Wavenumbers whose motions are taken, 1/m; and the highest one, beyond which no motion has to be known.
 const TAKEN: [usize; 10] = [0, 1, 3, 6, 10, 16, 24, 40, 70, 120];
@@ -59,6 +63,8 @@ pub struct Infinite {
     /// Springs and dashpots of the track, `[q, q]`.
     springs: Mat<f64>,
     dashpots: Mat<f64>,
+    /// Springs of each layer for a stiffness of 1 N/m².
+    units: UnitLayers,
     /// Coupling of the forces to the motions, `[q, 3]`.
     loads: Mat<f64>,
     loss: f64,
@@ -71,6 +77,7 @@ impl Infinite {
     pub fn new(making: &InfiniteRailSpec, reach: f64) -> Result<Self> {
         let InfiniteRailSpec { section, material, track, angle, tilt, loss, patch } = making.clone();
         let outline = section.outline(&[])?;
+        let bare = section.clone();
         // Orders of this period are wavenumbers.
         let forms = Forms::along(section, material, 2.0 * PI, track.as_ref(), angle)?;
         let line = LineLoad::new(&forms, patch, 0, 1.0);
@@ -97,6 +104,10 @@ impl Infinite {
             Some(both) => both.map(|image| projected(image, 0)),
             None => [Mat::zeros(q, q), Mat::zeros(q, q)],
         };
+        let units = match &track {
+            Some(track) => UnitLayers::new(&bare, &forms, (track, angle), basis.as_ref())?,
+            None => UnitLayers::default(),
+        };
         let zero = &at[0] - &springs;
         let means = |k: usize| -> [f64; LOADS] { turned(line.means(basis.col(k)), tilt) };
         let seen: Vec<[f64; LOADS]> = (0..q).map(means).collect();
@@ -109,6 +120,7 @@ impl Infinite {
             elastic: [zero, first, second],
             springs,
             dashpots,
+            units,
             loads: Mat::from_fn(q, FORCES, |i, c| seen[i][c]),
             loss,
             waves: Vec::new(),

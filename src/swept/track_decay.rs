@@ -31,6 +31,18 @@ pub fn decay_rate(squares: &[f64], positions: &[f64]) -> f64 {
     DECIBELS / sum
 }
 
+/// Derivative of the logarithm of the decay rate by a parameter: `squares` are |A(x_n)|² at the `positions`, m, and
+/// `slopes` their derivatives. With S_n = |A(x_n)|²/|A(x_0)|² it is −Σ S_n′ Δx_n/Σ S_n Δx_n.
+pub fn log_slope(squares: &[f64], slopes: &[f64], positions: &[f64]) -> f64 {
+    let (first, change) = (squares[0], slopes[0] / squares[0]);
+    let mut sums = [0.0; 2];
+    for ((square, slope), length) in squares.iter().zip(slopes).zip(lengths(positions)) {
+        sums[0] += square / first * length;
+        sums[1] += (slope - square * change) / first * length;
+    }
+    -sums[1] / sums[0]
+}
+
 /// The lowest decay rate that positions up to `farthest`, m, can tell, dB/m (Formula 2); twice that is certain.
 pub fn lowest_rate(farthest: f64) -> f64 {
     DECIBELS / farthest

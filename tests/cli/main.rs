@@ -38,6 +38,7 @@ mod surfaces;
 mod sweep;
 mod swept;
 mod track_decay;
+mod track_fit;
 mod transient;
 mod uncertainty;
 mod usage;

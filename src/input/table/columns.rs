@@ -71,7 +71,34 @@ fn parts(heading: &str) -> (String, Option<Option<f64>>) {
     (heading.to_lowercase(), None)
 }
 
+/// A heading.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Heading {
+    /// As it is written.
+    pub title: String,
+    /// Name in lower case.
+    pub name: String,
+    /// Unit in lower case, in brackets behind the name; none where there is none, or `-`.
+    pub unit: Option<String>,
+}
+
 impl Table {
+    /// The headings, one each column; those of a comment above the rows where all of them are `known`.
+    pub fn headings(&self, known: &[&str]) -> Option<Vec<Heading>> {
+        let heading = |title: &String| {
+            let (name, unit) = match title.split_once(['(', '[']) {
+                Some((name, rest)) => (name, Some(rest.trim_matches([')', ']', ' ']).to_lowercase())),
+                None => (title.as_str(), None),
+            };
+            let unit = unit.filter(|unit| !unit.is_empty() && unit != "-");
+            Heading { title: title.clone(), name: name.trim().to_lowercase(), unit }
+        };
+        let all = |headings: &Headings| headings.names.iter().map(heading).collect::<Vec<_>>();
+        let of_comment =
+            || self.comment.as_ref().map(all).filter(|h| h.iter().all(|h| known.contains(&h.name.as_str())));
+        self.headings.as_ref().map(all).or_else(of_comment)
+    }
+
     /// The two columns `wanted`; a numbering of the rows under a heading of its own is left out.
     ///
     /// # Errors
