@@ -39,6 +39,12 @@ pub(super) fn statics(omega: &[f64], seen: MatRef<'_, f64>) -> Mat<f64> {
     sum
 }
 
+/// Radius of the circle of the loads on a grid with these lines along x and y, m.
+pub fn circle_radius(grid: [&[f64]; 2]) -> f64 {
+    let half = |lines: &[f64]| 0.5 * (lines[lines.len() - 1] - lines[0]);
+    CIRCLE * half(grid[0]).min(half(grid[1]))
+}
+
 /// Number of contact rows of a grid, 3n.
 pub(super) fn rows([x, y]: &Lines) -> usize {
     3 * x.len() * y.len()
@@ -106,8 +112,7 @@ impl Hybrid {
 
     /// The circles of the loads, one of each contact.
     pub fn circles(&self) -> Vec<Patch> {
-        let half = |lines: &[f64]| 0.5 * (lines[lines.len() - 1] - lines[0]);
-        self.grids.iter().map(|[x, y]| Patch { radius: CIRCLE * half(x).min(half(y)) }).collect()
+        self.grids.iter().map(|[x, y]| Patch { radius: circle_radius([x, y]) }).collect()
     }
 
     /// Collective: makes what is added to the half-space from the `forms` of a section that is meshed for loads at its

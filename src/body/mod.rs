@@ -22,6 +22,7 @@ pub mod mode_cache;
 pub mod mode_label;
 pub mod modes;
 pub mod nearest;
+pub mod place_table;
 pub mod positivity;
 pub mod rail;
 pub mod residual_flexibility;

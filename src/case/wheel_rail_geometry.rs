@@ -530,7 +530,7 @@ pub(crate) fn build<'p>(
 }
 
 /// Position of the contact on the rail on a side of the track.
-fn on_rail(seat: Seat, side: job::TrackSide) -> rail::At {
+pub(super) fn on_rail(seat: Seat, side: job::TrackSide) -> rail::At {
     rail::At { y: seat.y, z: Some(seat.z), right: side == job::TrackSide::Right, tilt: Some(seat.tilt) }
 }
 

@@ -130,6 +130,12 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], study: &Study) -> Vec<Table> {
              since they could not be continued.",
             all.iter().map(|o| o.search as i32).collect::<Vec<i32>>(),
         ),
+        Table::list(
+            &path("interpolated"),
+            "-",
+            "1: what the contact sees of the bodies was interpolated over their profiles; 0: it was computed.",
+            all.iter().map(|o| i32::from(o.interpolated)).collect::<Vec<i32>>(),
+        ),
         Table::scalar(&path("samples"), "1", "Number of random samples.", study.samples as i64),
         Table::scalar(&path("failed"), "1", "Number of those that failed.", study.failed as i64),
         number("confidence", "1", "Probability with which intervals hold what they stand for.", study.confidence),
