@@ -2,17 +2,16 @@
 //!
 //! The modes of a body do not depend on where it is touched; ψ̂ at the contact and the compliance beside the half-space
 //! do. Both are kept in axes of the body, so that they do not turn with the surface. Each place is computed with two
-//! radii b of the circle of the loads near those of the contacts there. ψ̂ goes with b², as means of smooth functions
-//! over a circle do. The compliance hardly depends on b, and is the mean of both. Along the profile a polynomial of
-//! third degree goes through the four nearest places.
+//! radii b of the circle of the loads near those of the contacts there, and goes with b², as means of smooth functions
+//! over a circle do. Along the profile a polynomial of third degree goes through the four nearest places.
 
 use super::half_space::HalfSpace;
 use super::hybrid::{Compact, LOADS};
 use crate::swept::{turned, turned_between};
 use faer::Mat;
 
-/// Numbers of a place: the compliance beside the half-space, row by row, then ψ̂ of a circle without size, mode by mode,
-/// then the change of ψ̂ with b².
+/// Numbers of a place with a circle without size, the compliance beside the half-space, row by row, and ψ̂, mode by mode;
+/// then the change of all of them with b².
 type Values = Vec<f64>;
 
 /// A body as it was computed at a place of its profile.
@@ -49,12 +48,10 @@ fn in_axes(compact: &Compact, tilt: f64) -> Vec<f64> {
 impl ComputedPlace {
     fn values(&self) -> Values {
         let [small, large] = [0, 1].map(|r| in_axes(&self.compacts[r], self.tilt));
-        let ([first, second], square) = (self.radii.map(|b| b * b), LOADS * LOADS);
+        let [first, second] = self.radii.map(|b| b * b);
         let slope = |k: usize| (large[k] - small[k]) / (second - first);
-        let mut values: Values = (0..square).map(|k| 0.5 * (small[k] + large[k])).collect();
-        values.extend((square..small.len()).map(|k| small[k] - first * slope(k)));
-        values.extend((square..small.len()).map(slope));
-        values
+        let values = (0..small.len()).map(|k| small[k] - first * slope(k));
+        values.chain((0..small.len()).map(slope)).collect()
     }
 }
 
@@ -116,13 +113,13 @@ impl PlaceTable {
 
     /// Compliance, row by row, then ψ̂ of a circle of `radius`, m, mode by mode.
     fn values(&self, y: f64, radius: f64) -> Vec<f64> {
-        let (square, modes) = (LOADS * LOADS, LOADS * self.modes);
-        let mut sum = vec![0.0; square + modes];
+        let count = LOADS * (LOADS + self.modes);
+        let mut sum = vec![0.0; count];
         for (place, weight) in self.weights(y) {
-            let (values, slopes) = self.places[place].1.split_at(square + modes);
+            let (values, slopes) = self.places[place].1.split_at(count);
             sum.iter_mut().zip(values).for_each(|(s, v)| *s += weight * v);
             let change = weight * radius * radius;
-            sum[square..].iter_mut().zip(slopes).for_each(|(s, v)| *s += change * v);
+            sum.iter_mut().zip(slopes).for_each(|(s, v)| *s += change * v);
         }
         sum
     }
