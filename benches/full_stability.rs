@@ -186,7 +186,7 @@ fn export(world: &World, path: &str, bodies: &[FeBody], s: &LinearContact) -> st
     let unit = bodies.iter().map(|b| b.operators.stiffness.max_abs(world)).fold(0.0, f64::max);
     let mut matrices: [Vec<Row>; 3] = [0, 1, 2].map(|_| vec![Row::new(); n + k]);
     for b in 0..2 {
-        let (stiffness, mass) = (&*bodies[b].stiffness().whole(), &*bodies[b].mass().whole());
+        let (stiffness, mass) = (&*bodies[b].stiffness().full(), &*bodies[b].mass().full());
         for i in 0..sizes[b] as usize {
             let row = first[b] as usize + i;
             for (p, matrix, factor) in

@@ -8,7 +8,7 @@
 //! `COUNTS=once` counts what its ranks do, `SLEPC=1` with SLEPc as well. Lines that begin with `row:` are for tables:
 //! what, wall time in s, processor time in s, peak memory in GB.
 
-use railsqueal::eigen::sparse::{modes, At, Matrices, Method, ModesOptions};
+use railsqueal::eigen::sparse::{modes, Matrices, Method, ModesOptions, ShiftedFactor};
 use railsqueal::eigen::{nearest_by, Shifted, Sizes};
 use railsqueal::fem::assembly::Operators;
 use railsqueal::fem::dofs::DofMap;
@@ -200,7 +200,7 @@ fn sizes(
     for (block, subspace) in [(4, 100), (6, 110), (8, 86), (8, 104), (8, 112), (8, 120), (8, 128), (12, 110), (16, 250)]
     {
         let before = usage().0;
-        let mut first = Timed { at: At { factor, sigma: 0.0 }, seconds: 0.0 };
+        let mut first = Timed { at: ShiftedFactor { factor, sigma: 0.0 }, seconds: 0.0 };
         let found = nearest_by(pencil, &mut first, count, Sizes { block, subspace }, &mut |_, _| ())?;
         let (solves, all) = (world.sum(first.seconds), world.sum(usage().0 - before));
         if world.is_root() {
@@ -217,7 +217,7 @@ fn sizes(
 
 /// A factor with the processor time of its solves on this rank, s.
 struct Timed<'f, 'w> {
-    at: At<'f, 'w>,
+    at: ShiftedFactor<'f, 'w>,
     seconds: f64,
 }
 

@@ -296,7 +296,7 @@ fn read(path: &str) -> Case {
 fn squeal(path: &str) {
     let case = read(path);
     let s = &case.interface;
-    let model = Model::of(&case.pair, s);
+    let model = Model::new(&case.pair, s);
     let sliding = SlidingProblem {
         interface: s,
         compliance: case.pair.compliance.as_ref(),
@@ -365,7 +365,7 @@ fn export(stepper: &mut Stepper<'_>, friction: FrictionLaw, path: &str) {
     for _ in 0..100_000 {
         stepper.advance().expect("step");
         let (state, report) = (stepper.state(), stepper.report());
-        let Some(posed) = stepper.posed() else {
+        let Some(posed) = stepper.problem_view() else {
             before = None;
             continue;
         };

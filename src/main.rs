@@ -227,7 +227,8 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String], stop: &
         job.petsc_options.iter().map(|(name, value)| (name.clone(), value.to_string())).collect();
     let session = Petsc::start(world, &petsc_options, petsc)?;
     let mut progress = Progress::new(world.is_root());
-    let summary = analysis::run(&session, job, options, &analysis::Around { meshes: &meshes, stop }, &mut progress)?;
+    let summary =
+        analysis::run(&session, job, options, &analysis::RunContext { meshes: &meshes, stop }, &mut progress)?;
     let unused = session.unused_options()?;
     // Rank 0 knows of failures of parts of the work.
     world.on_root(|| {
@@ -258,7 +259,7 @@ fn examine(world: &World, job: &Job, path: &Path, mesh: Option<&Path>) -> Result
     world.on_root(|| {
         let plan = plan.ok_or_else(|| Error::Defect("no plan on rank 0".into()))?;
         let limit = Limit::or_system(job.solver.memory_limit);
-        let mut summary = Summary::of(job);
+        let mut summary = Summary::from_job(job);
         // Meshes that do not fit are not made.
         let foreseen = plan
             .fits(here, &limit)
@@ -351,7 +352,7 @@ fn print_curving(world: &World, path: &Path, changes: &Changes, contact: bool) -
     world.on_root(|| {
         let nodes = plan.map_or(0, |p| p.bodies.iter().map(|b| b.nodes).sum());
         preflight::of_job(&job, &meshes, nodes)?;
-        let found = curving::Curving::of(&job)?;
+        let found = curving::Curving::from_job(&job)?;
         let mut lines = found.lines();
         lines.extend(found.warnings(&job).into_iter().map(|w| format!("warning: {w}")));
         if contact {

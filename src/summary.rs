@@ -15,7 +15,7 @@ pub struct Summary {
 impl Summary {
     /// Summary of `job` before anything is computed: the defaults it takes up that are not those of its format, the
     /// damping of its bodies, what is implausible, and what comes near the ends of the range of the theory.
-    pub fn of(job: &Job) -> Self {
+    pub fn from_job(job: &Job) -> Self {
         let told = |line: &String| format!("default changed: {line}");
         let mut summary = Self { lines: job.changed_defaults.iter().map(told).collect(), ..Self::default() };
         damping_lines(job).into_iter().for_each(|text| summary.line(text));
@@ -84,9 +84,9 @@ mod tests {
     fn a_changed_default_is_told_first() {
         let bytes = include_bytes!("../jobs/annulus.json");
         let mut job = Job::from_bytes(bytes, Path::new("job.json"), &[], None).unwrap();
-        assert_eq!(Summary::of(&job).to_string(), "");
+        assert_eq!(Summary::from_job(&job).to_string(), "");
         job.changed_defaults.push("a.b is not given: 2 since format 2, 1 before".into());
-        let mut summary = Summary::of(&job);
+        let mut summary = Summary::from_job(&job);
         summary.line("body");
         let text = "default changed: a.b is not given: 2 since format 2, 1 before\nbody\n";
         assert_eq!(summary.to_string(), text);

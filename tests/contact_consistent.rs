@@ -308,7 +308,7 @@ fn a_step_is_the_fixed_point_of_the_paper() {
         let surface = Surface::new(&pair.interface.patches[0]);
         let rho = augmentation(&pair.problem([0.0; 3]));
         let rho = [rho.normal, rho.tangential / 0.5e-3];
-        let posed = stepper.posed().unwrap();
+        let posed = stepper.problem_view().unwrap();
         let (nodes, k) = (posed.nodes, posed.nodes.len());
         let wanted = &stepper.state().reaction;
         let peak = top(wanted.iter().skip(2).step_by(3).copied());

@@ -627,7 +627,7 @@ fn in_time_patches_apart_are_single_ones() {
     };
     let run = |s: &Interface, pair: &CoupledModel, first: usize, kinematics: &[PatchKinematics], kicks: &[f64]| {
         let s = s.with_gap(gap(s, first));
-        let model = Model::of(pair, &s);
+        let model = Model::new(pair, &s);
         let mut start = State::at_rest(&model, &reaction(first..first + s.len()), &vec![0.0; kinematics.len()]);
         start.v.copy_from_slice(kicks);
         let settings = settings(held(kinematics), FrictionLaw::Constant(MU), 1e-5);

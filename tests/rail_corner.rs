@@ -32,7 +32,7 @@ fn constant(rail: &BuiltRail, last: Option<usize>) -> Square {
 /// The rail touched where its surface has the angle `angle`, rad, on the right of the crown if positive.
 fn at_angle(angle: f64) -> BuiltRail {
     let head = &R60E1.head;
-    let place = head.at(angle.signum() * head.to_angle(angle.abs()));
+    let place = head.point(angle.signum() * head.to_angle(angle.abs()));
     BuiltRail::near(&R60E1, [place.y, place.z - head.height]).expect("a place on the head")
 }
 

@@ -305,7 +305,7 @@ fn profiles_and_heights() {
         let mut bytes = whole.clone();
         dice.harm(&mut bytes, 200);
         let text = String::from_utf8_lossy(&bytes);
-        let read = || profile_of(name, &text, &Reading::of(ProfileKind::Wheel));
+        let read = || profile_of(name, &text, &Reading::plain(ProfileKind::Wheel));
         let _ = count.take(bytes.len(), &[2, 3], || format!("{name}:\n{text}"), read);
     }
     count.say("profiles");
@@ -411,7 +411,7 @@ fn segments() {
     let (result, place) = (folder.path().join("run.h5"), folder.path().join("run.transient"));
     {
         let segments = Segments::claim(&result, false).expect("a folder");
-        segments.begin(json!({ "a": 0.1 })).expect("a run");
+        segments.start_run(json!({ "a": 0.1 })).expect("a run");
         let state = |step: i64| Table::scalar("/checkpoint/step", "1", "Steps.", step);
         segments.write(0, &[state(0)]).expect("the start");
         for last in [3u64, 6, 8] {
@@ -455,7 +455,7 @@ fn a_dataset_is_not_larger_than_its_file() {
     const COUNT: u64 = 3701;
     let folder = scratch();
     let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
-    segments.begin(json!({ "a": 0.1 })).expect("a run");
+    segments.start_run(json!({ "a": 0.1 })).expect("a run");
     let values = || (0..COUNT).map(|k| k as f64).collect::<Vec<_>>();
     let step = Table::scalar("/checkpoint/step", "1", "Steps.", 0i64);
     let plain = Table::list("/checkpoint/plain", "1", "Values.", values());

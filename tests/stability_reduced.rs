@@ -9,12 +9,14 @@ use railsqueal::contact::{
     Creepage, LinearContact, LinearMemory, LinearNode, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem,
     Slip, SteadyProblem, Stencil, Tangent,
 };
+use railsqueal::fem::Material;
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::CoupledModel;
 use railsqueal::stability::criterion::criteria;
 use railsqueal::stability::reduced::{eigenpairs, participation, sharpness, Eigenpair};
 use railsqueal::stability::sensitivity::Linearisation;
+use railsqueal::swept::{self, Bearing, Forms, SectionSource, Wheel, WheelShape};
 use railsqueal::Error;
 
 mod rotated;
@@ -928,4 +930,60 @@ fn a_contact_that_moves_sees_the_modes_there() {
     assert_eq!(moved.residual, b.residual);
     let unmoved = b.with_contact_moved(&s, Side::Upper, 0.0);
     assert!((&unmoved.compliance - &b.compliance).norm_max() < 1e-14 * b.compliance.norm_max());
+}
+
+/// A wheelset that no contact moves: each mode of its section decays by itself, λ = −ζω ± iω√(1 − ζ²), and torsion as a
+/// whole, which nothing resists, is a double zero. The contact that slides beside it has a relaxation of its own.
+#[test]
+fn a_free_wheelset_decays_by_its_modes_alone() {
+    let shape = WheelShape::w920s_wheelset();
+    let given = SectionSource::Wheel(Wheel { shape, offset: 0.0, height: None, mirrored: false });
+    let section = given.for_modes().unwrap();
+    let bearing = |y: f64| Bearing { place: [0.0, y], stiffness: [1e6; 3] };
+    let bearings = given.bearings(&section, &[bearing(-1.0), bearing(1.0)]).unwrap();
+    let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+    let forms = Forms::new(section, steel, &[]).unwrap().on_bearings(&bearings);
+    let mut omega: Vec<f64> =
+        (0..3).flat_map(|n| swept::modes::of_order(&forms, n, 2.0 * PI * 1500.0).unwrap().omega).collect();
+    omega.sort_by(f64::total_cmp);
+    assert!(omega[0] == 0.0 && omega[1] > 1.0 && omega.len() > 8, "{omega:?}");
+    let loss = |k: usize| [2e-3, 2e-4][k % 2];
+    let damping: Vec<f64> = omega.iter().enumerate().map(|(k, w)| loss(k) * w).collect();
+    let still = Mat::zeros(3, omega.len());
+    let pair = single(omega.clone(), damping, still, Mat::from_fn(3, 3, |i, j| if i == j { 1e-9 } else { 0.0 }));
+    let tangent = Tangent::Slip(Slip::steady(5e3, [0.6, 0.8], 0.2, 0.4, 0.0));
+    let nodes = vec![LinearNode { node: 0, tangent, convection: Vec::new() }];
+    let found = eigenpairs(&pair, &LinearContact { nodes, ..LinearContact::default() }, TOLERANCE).unwrap();
+    assert_eq!(found.iter().filter(|pair| pair.value.im != 0.0).count(), 2 * (omega.len() - 1));
+    for (k, w) in omega.iter().enumerate().filter(|(_, w)| **w > 0.0) {
+        let half = 0.5 * loss(k) * w;
+        let want = Complex::new(-half, (w * w - half * half).sqrt());
+        let apart = found.iter().map(|pair| (pair.value - want).norm()).fold(f64::INFINITY, f64::min);
+        assert!(apart < 1e-9 * w, "{k}: {apart:e} of {w}");
+    }
+    assert_eq!(found.iter().filter(|pair| pair.value.norm() < 1e-3).count(), 2);
+}
+
+/// Two mirror images that do not see each other have every eigenvalue twice, each pair to the accuracy that was asked
+/// for.
+#[test]
+fn equal_eigenvalues_have_vectors_of_their_own() {
+    let count = 8;
+    let omega: Vec<f64> = (0..2 * count).map(|k| 500.0 * (1 + k / 2) as f64).collect();
+    let seen = |i: usize, k: usize| 0.05 * ((1 + i) as f64 * (2.3 + k as f64)).sin();
+    let rows = |i: usize, k: usize| if i / 6 == k % 2 { seen(i % 6, k / 2) } else { 0.0 };
+    let modes = Mat::from_fn(12, 2 * count, rows);
+    let residual = Mat::from_fn(12, 12, |i, j| if i == j { 1e-8 } else { 0.0 });
+    let pair = single(omega.clone(), vec![1.0; 2 * count], modes, residual);
+    let node = |node: usize| LinearNode {
+        node,
+        tangent: Tangent::Slip(Slip::steady(5e3, [0.6, 0.8], 0.2, 0.4, 0.0)),
+        convection: Vec::new(),
+    };
+    let contact = LinearContact { nodes: (0..4).map(node).collect(), ..LinearContact::default() };
+    let found = eigenpairs(&pair, &contact, TOLERANCE).unwrap();
+    for pair in &found {
+        let twin = found.iter().filter(|other| (other.value - pair.value).norm() < 1e-6 * pair.value.norm()).count();
+        assert!(twin == 2 && pair.backward_error <= TOLERANCE, "{}: {twin}", pair.value);
+    }
 }

@@ -334,7 +334,7 @@ impl Squeal {
     }
 
     fn model(&self) -> Model<'_> {
-        Model::of(&self.pair, &self.interface)
+        Model::new(&self.pair, &self.interface)
     }
 
     fn sliding(&self, creepage: f64, load: NormalLoad) -> SlidingProblem<'_> {

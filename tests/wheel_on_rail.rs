@@ -46,7 +46,7 @@ fn roll(side: TrackSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
     let steel = HalfSpace { young: 2.0 * 82e9 * 1.28, poisson: 0.28 };
     let ellipse = placed.ellipse(0.5 * steel.plane(), Press::Force(row["fn"])).unwrap();
     let frame = placed.centred_frame(ellipse.approach).unwrap();
-    let motion = Motion { angular_speed: Some(-row["vpitch"]), ..Motion::at(2.0) };
+    let motion = Motion { angular_speed: Some(-row["vpitch"]), ..Motion::free_rolling(2.0) };
     let creepage = placed.creepages(&frame, &motion).unwrap();
     let [x, y] = grid_lines(placed.extent(&frame, &ellipse).unwrap());
     let gap = placed.gap(&frame, &x, &y).unwrap();
@@ -151,7 +151,7 @@ fn tread_and_flange_root_share_a_vertical_force_as_in_contact() {
         let placed = placement.place(&wheel, &rail).unwrap();
         let ellipse = placed.ellipse(0.5 * steel.plane(), Press::Force(force)).unwrap();
         let frame = placed.centred_frame(ellipse.approach).unwrap();
-        let motion = Motion { angular_speed: Some(32.1), ..Motion::at(15.0) };
+        let motion = Motion { angular_speed: Some(32.1), ..Motion::free_rolling(15.0) };
         let creepage = placed.creepages(&frame, &motion).unwrap();
         let [x, y] = grid_lines(placed.extent(&frame, &ellipse).unwrap());
         let gap = placed.gap(&frame, &x, &y).unwrap();

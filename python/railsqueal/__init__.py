@@ -4,7 +4,7 @@ export them.
     from railsqueal import Result, ComplexModes, Fields
 
     with Result("curve.h5") as result:
-        modes = ComplexModes.of(result)
+        modes = ComplexModes.from_result(result)
         print([modes.name(k) for k in modes.unstable])
     with Fields("curve.free_modes.vtkhdf") as fields:
         shape = fields.field("shape", step=0)      # [points, 3]

@@ -90,7 +90,7 @@ def parser() -> argparse.ArgumentParser:
     words = "The section of a wheel or a rail from a DXF drawing or a table of coordinates, as a mesh for the job."
     section.add_arguments(command("section", section.run, words))
 
-    one = command("sound", heard, "The motion of a point, or the sound of a body's modes, as a sound file.")
+    one = command("sound", write_sound, "The motion of a point, or the sound of a body's modes, as a sound file.")
     one.add_argument("file", type=Path, metavar="FILE.h5")
     one.add_argument(
         "--point",
@@ -201,7 +201,7 @@ def compared(given: argparse.Namespace) -> int:
     return 0 if same else 1
 
 
-def heard(given: argparse.Namespace) -> int:
+def write_sound(given: argparse.Namespace) -> int:
     """The sound."""
     with Result(given.file) as result:
         print(sound.write(result, given.point, given.out))

@@ -96,7 +96,7 @@ def text(one: Result, other: Result, tolerance: float) -> tuple[str, bool]:
 
 def side_by_side(one: Result, other: Result, tolerance: float) -> tuple[list[str], bool]:
     """Figures of both, and whether they agree; one that the other result does not have differs."""
-    named = [{(f.group, f.name, f.unit): f for f in figures.of(result)} for result in (one, other)]
+    named = [{(f.group, f.name, f.unit): f for f in figures.figures_of_result(result)} for result in (one, other)]
     rows, same, group = [], True, ""
     for key in dict.fromkeys([*named[0], *named[1]]):
         pair = [side.get(key) for side in named]

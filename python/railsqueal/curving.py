@@ -47,7 +47,7 @@ class Curving(Table):
     utilisation: Floats  # [c], tangential force over the bound of friction
 
     @classmethod
-    def of(cls, result: Result) -> Self:
+    def from_result(cls, result: Result) -> Self:
         """The equilibrium of a result."""
         cls.expect(result)
         axles, contacts = "curving/axles/", "curving/contacts/"
@@ -134,7 +134,7 @@ class CurvingRadii(Table):
     places: Integers  # [k, 4], number of places of contact
 
     @classmethod
-    def of(cls, result: Result) -> Self:
+    def from_result(cls, result: Result) -> Self:
         """The equilibria of a result, by rising radius."""
         cls.expect(result)
         group = "curving/radii/"

@@ -44,7 +44,7 @@ def write(path: Path, directory: Path, form: str) -> list[Path]:
 
 def branches(result: Result, path: Path) -> Path:
     """Branches of limit cycles as a table of values separated by commas, one row a cycle."""
-    found = Branches.of(result)
+    found = Branches.from_result(result)
     key = found.along.replace(".", "_")
     names = ["branch", key, "frequency_Hz", "kinetic_J", "velocity_rms_m/s", "stick_mean", "stick_largest"]
     names += ["normal_least_N", "normal_largest_N", "unstable", "multiplier_largest", "special", "second_frequency_Hz"]

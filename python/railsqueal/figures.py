@@ -57,7 +57,7 @@ class Figure:
         return f"{number} {self.unit}".strip()
 
 
-def of(result: Result) -> list[Figure]:
+def figures_of_result(result: Result) -> list[Figure]:
     """All figures of a result, analysis by analysis."""
     made: list[Figure] = []
     first = (curving, placement, steady, modes, stability, creep_curve, receptances)
@@ -98,7 +98,7 @@ def curving(result: Result) -> list[Figure]:
     """Axles of a bogie in a curve, and of each wheel the load and, at the place that carries most, the creepages."""
     if not Curving.present(result):
         return []
-    table, name, made = Curving.of(result), "curving", []
+    table, name, made = Curving.from_result(result), "curving", []
     for axle, word in enumerate(AXLES):
         made.append(Figure(name, f"{word} axle, angle of attack", 1e3 * float(table.yaw[axle]), "mrad", 1e-3))
         made.append(Figure(name, f"{word} axle, shift to the right", 1e3 * float(table.shift[axle]), "mm", 1e-3))
@@ -123,7 +123,7 @@ def steady(result: Result) -> list[Figure]:
 
 def steady_contact(result: Result, group: str) -> list[Figure]:
     """Steady rolling of one contact."""
-    grid, name = ContactGrid.of(result, group), of_contact("steady rolling", group)
+    grid, name = ContactGrid.from_result(result, group), of_contact("steady rolling", group)
     size = float(np.linalg.norm(grid.force))
     made = [Figure(name, f"force {axis} on body 1", float(f), "N", size) for axis, f in zip("xyz", grid.force)]
     made.append(
@@ -145,7 +145,7 @@ def modes(result: Result) -> list[Figure]:
     """First modes of each body."""
     made = []
     for body in Modes.bodies(result):
-        table = Modes.of(result, body)
+        table = Modes.from_result(result, body)
         made.append(Figure(f"modes of the {body} body", "modes computed", float(len(table.frequency))))
         # Rigid-body motions have the frequency 0 but for rounding.
         scale = float(table.frequency.max(initial=0.0))
@@ -160,7 +160,7 @@ def stability(result: Result) -> list[Figure]:
     """Unstable modes, or the least stable ones."""
     if not ComplexModes.present(result):
         return []
-    table, name = ComplexModes.of(result), "stability"
+    table, name = ComplexModes.from_result(result), "stability"
     made = [
         Figure(name, "eigenvalues listed", float(len(table.eigenvalue))),
         Figure(name, "unstable", float(len(table.unstable))),
@@ -178,7 +178,7 @@ def creep_curve(result: Result) -> list[Figure]:
     """Largest friction of a creep curve."""
     if not CreepCurve.present(result):
         return []
-    curve = CreepCurve.of(result)
+    curve = CreepCurve.from_result(result)
     name = f"creep curve, {curve.key}"
     made = [
         Figure(name, "points", float(len(curve.creepage))),
@@ -200,7 +200,7 @@ def receptances(result: Result) -> list[Figure]:
     """Highest peaks of the normal receptance."""
     if not Receptances.present(result):
         return []
-    table, made = Receptances.of(result), []
+    table, made = Receptances.from_result(result), []
     for body, h in table.bodies.items():
         size = np.abs(h[:, 2, 2])
         made.append(Figure("receptance", f"highest normal peak, {body}", 1e9 * float(size.max()), "nm/N"))
@@ -212,7 +212,7 @@ def transient(result: Result) -> list[Figure]:
     """Forces, motion and stick of the last quarter, and the growth before it."""
     if not History.present(result):
         return []
-    history, name = History.of(result), "transient"
+    history, name = History.from_result(result), "transient"
     late = slice(3 * len(history.time) // 4, None)
     moving = growth.signal(history)
     span = growth.period(moving)
@@ -258,7 +258,7 @@ def sweep(result: Result) -> list[Figure]:
     """Figures of a sweep."""
     if not Sweep.present(result):
         return []
-    table, name = Sweep.of(result), "sweep"
+    table, name = Sweep.from_result(result), "sweep"
     made = [
         Figure(name, "points", float(len(table.status))),
         Figure(name, "failed points", float((table.status != 0).sum())),
@@ -290,7 +290,7 @@ def cycles(result: Result) -> list[Figure]:
     """Figures of the limit cycles of a sweep."""
     if not Cycles.present(result):
         return []
-    table, made = Cycles.of(result), []
+    table, made = Cycles.from_result(result), []
     for name, fate, kinetic, frequency in zip(table.branch, table.fate, table.kinetic, table.frequency):
         group, squeals = f"limit cycles, {name}", fate > 0
         made.append(Figure(group, "points that squeal", float(squeals.sum())))
@@ -311,7 +311,7 @@ def uncertainty(result: Result) -> list[Figure]:
     """Probabilities of squeal, and shares of the variance of the largest growth rate."""
     if not Uncertainty.present(result):
         return []
-    table, name = Uncertainty.of(result), "probability of squeal"
+    table, name = Uncertainty.from_result(result), "probability of squeal"
     made = [Figure(name, "random samples", float(table.samples)), Figure(name, "failed samples", float(table.failed))]
     made.append(Figure(name, "any mode", table.probability, "", 1.0))
     made += [Figure(name, table.modes[m], float(table.mode_probability[m]), "", 1.0) for m in table.squealing]

@@ -143,7 +143,7 @@ def linear(result: Result, at: float) -> float | None:
     changes with time."""
     if driven(result) or not ComplexModes.present(result):
         return None
-    modes = ComplexModes.of(result)
+    modes = ComplexModes.from_result(result)
     places = modes.unstable
     if not len(places) or not np.isfinite(at):
         return None

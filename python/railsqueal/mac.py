@@ -78,7 +78,7 @@ def free_shapes(result: Result, body: str) -> Shapes | None:
     path = result.companion("free_modes.vtkhdf")
     if not path.exists():
         return None
-    names = ModeNames.of(result)
+    names = ModeNames.from_result(result)
     with Fields(path) as fields:
         frequency, owner, number = (fields.table(f"modes/{name}") for name in ("frequency", "body", "number"))
         which = next(n for n, word in BODIES.items() if word == body)
@@ -101,7 +101,7 @@ def complex_shapes(result: Result) -> Shapes | None:
     path = result.companion("modes.vtkhdf")
     if not path.exists() or not ComplexModes.present(result):
         return None
-    table, names = ComplexModes.of(result), ModeNames.of(result)
+    table, names = ComplexModes.from_result(result), ModeNames.from_result(result)
     with Fields(path) as fields:
         place, points = np.asarray(fields.table("modes/eigenvalue"), dtype=np.int64), in_file_order(fields)
         shapes, order = [], list(dict.fromkeys(place.tolist()))[: fitting(len(points))]
@@ -146,7 +146,7 @@ def compared(one: Result, other: Result) -> list[str]:
     """The lines of the comparison; `ResultError` where a sequence cannot be read."""
     made: list[str] = []
     sets = [
-        (f"free modes of the {ModeNames.of(one).bodies[b]}", free_shapes(one, b), free_shapes(other, b))
+        (f"free modes of the {ModeNames.from_result(one).bodies[b]}", free_shapes(one, b), free_shapes(other, b))
         for b in BODIES.values()
     ]
     for title, a, b in (*sets, ("complex modes", complex_shapes(one), complex_shapes(other))):

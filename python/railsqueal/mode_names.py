@@ -21,11 +21,11 @@ class ModeNames:
     kind: dict[str, list[str]]  # body: the same without the number, equal for modes of one kind
 
     @classmethod
-    def of(cls, result: Result) -> "ModeNames":
+    def from_result(cls, result: Result) -> "ModeNames":
         """The names of a result."""
         bodies, free, kind = body_words(result.job), {}, {}
         for body in Modes.bodies(result):
-            table, word = Modes.of(result, body), bodies[body]
+            table, word = Modes.from_result(result, body), bodies[body]
             free[body] = [one(table, k, word) for k in range(len(table.frequency))]
             kind[body] = [of_kind(table, k, word) for k in range(len(table.frequency))]
         return cls(bodies, free, kind)

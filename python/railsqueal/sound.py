@@ -18,8 +18,8 @@ DISTANCE = 7.5
 PRESSURE = 20e-6
 
 
-class Heard(NamedTuple):
-    """Signal to be heard."""
+class SoundSignal(NamedTuple):
+    """Signal of a sound file: samples, their step, and the reference of its level."""
 
     name: str
     value: Floats  # [s]
@@ -34,7 +34,7 @@ def write(result: Result, point: str | None = None, out: Path | None = None, lon
 
     Of a record that takes more than `longest` seconds the end is written. Returns what was written, and how loud it is.
     """
-    history = History.of(result)
+    history = History.from_result(result)
     bodies = [name for name in ("lower", "upper") if f"transient/sound_power/{name}/mode_resistance" in result]
     if point and point not in history.points + bodies:
         there = ", ".join(history.points + bodies) or "none"
@@ -45,12 +45,12 @@ def write(result: Result, point: str | None = None, out: Path | None = None, lon
         )
     if history.points and (point is None or point in history.points):
         moving = signal(history, history.points.index(point) if point else 0)
-        heard = Heard(moving.name, moving.value - moving.value.mean(), moving.step, "m/s", 1e-9, "1 nm/s")
+        made = SoundSignal(moving.name, moving.value - moving.value.mean(), moving.step, "m/s", 1e-9, "1 nm/s")
     else:
-        heard = pressure(result, point or loudest(result, bodies))
-    if longest is not None and longest < len(heard.value) * heard.step:
-        heard = heard._replace(value=heard.value[-round(longest / heard.step) :])
-    return saved(heard, out or result.path.with_suffix(".wav"), result)
+        made = pressure(result, point or loudest(result, bodies))
+    if longest is not None and longest < len(made.value) * made.step:
+        made = made._replace(value=made.value[-round(longest / made.step) :])
+    return saved(made, out or result.path.with_suffix(".wav"), result)
 
 
 def loudest(result: Result, bodies: list[str]) -> str:
@@ -58,7 +58,7 @@ def loudest(result: Result, bodies: list[str]) -> str:
     return max(bodies, key=lambda name: float(result[f"transient/sound_power/{name}/total_level_a"]))
 
 
-def pressure(result: Result, body: str) -> Heard:
+def pressure(result: Result, body: str) -> SoundSignal:
     """The pressure beside the track, Pa, of the modes of a body: each as loud as its radiation resistance says, in
     phase with its velocity. The phases that the way to the ear adds are not heard."""
     resistance = result.array(f"transient/sound_power/{body}/mode_resistance")
@@ -87,12 +87,12 @@ def pressure(result: Result, body: str) -> Heard:
     # p² = ρc W/(2πd²), W = Σ R q̇².
     weight = np.sqrt(resistant * resistance / (2 * np.pi * DISTANCE**2))
     value = np.diff(amplitudes @ weight) / step
-    return Heard(f"{body} body at {DISTANCE} m", value - value.mean(), step, "Pa", PRESSURE, "20 µPa")
+    return SoundSignal(f"{body} body at {DISTANCE} m", value - value.mean(), step, "Pa", PRESSURE, "20 µPa")
 
 
-def saved(heard: Heard, out: Path, result: Result) -> str:
+def saved(made: SoundSignal, out: Path, result: Result) -> str:
     """Writes the file; what was written, and how loud it is."""
-    value, step = heard.value, heard.step
+    value, step = made.value, made.step
     if 1 / step > RATE:
         # What the sound file cannot hold would be heard as something else.
         spectrum = np.fft.rfft(value)
@@ -102,7 +102,7 @@ def saved(heard: Heard, out: Path, result: Result) -> str:
     samples = np.interp(np.arange(0, time[-1], 1 / RATE), time, value)
     peak = float(np.abs(samples).max())
     if peak == 0:
-        raise ResultError(f"{result.path}: {heard.name} is zero at all times: there is nothing to hear")
+        raise ResultError(f"{result.path}: {made.name} is zero at all times: there is nothing to hear")
     try:
         with wave.open(str(out), "wb") as sound:
             sound.setnchannels(1)
@@ -113,7 +113,7 @@ def saved(heard: Heard, out: Path, result: Result) -> str:
         raise ResultError(f"cannot write {out}: {error}", WRITING) from error
     rms = float(np.sqrt((value[len(value) // 2 :] ** 2).mean()))
     return (
-        f"{out}: {heard.name}, full scale {peak / 0.9:.4e} {heard.unit}\n"
-        f"rms over the second half {rms:.4e} {heard.unit}, {20 * np.log10(rms / heard.reference):.1f} dB re "
-        f"{heard.level}"
+        f"{out}: {made.name}, full scale {peak / 0.9:.4e} {made.unit}\n"
+        f"rms over the second half {rms:.4e} {made.unit}, {20 * np.log10(rms / made.reference):.1f} dB re "
+        f"{made.level}"
     )

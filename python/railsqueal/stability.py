@@ -35,7 +35,7 @@ class Budget:
     mode: Integers  # free mode that is taken apart, from 0
 
     @classmethod
-    def of(cls, result: Result) -> "Budget | None":
+    def from_result(cls, result: Result) -> "Budget | None":
         """The budget of a result, or None where it has none."""
         path = "stability/criterion"
         if f"{path}/growth_rate" not in result:
@@ -54,7 +54,7 @@ class Balance:
     parts: Floats  # [w, 3]: damping of the lower and of the upper body, work of the contact forces
 
     @classmethod
-    def of(cls, result: Result) -> "Balance | None":
+    def from_result(cls, result: Result) -> "Balance | None":
         """The balance of a result, or None where it has none."""
         if "stability/growth_parts" not in result:
             return None
@@ -69,7 +69,7 @@ class Sensitivities:
     damping: Complexes  # [r, m], by the damping ratio of each free mode
 
     @classmethod
-    def of(cls, result: Result) -> "Sensitivities | None":
+    def from_result(cls, result: Result) -> "Sensitivities | None":
         """The derivatives of a result, or None where it has none."""
         path = "stability/sensitivity"
         by = {name: result.complexes(f"{path}/{name}") for name in PARAMETERS if f"{path}/{name}" in result}

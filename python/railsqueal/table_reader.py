@@ -44,7 +44,7 @@ class Heading:
     known: bool = True
 
     @classmethod
-    def of(cls, title: str) -> Self:
+    def from_title(cls, title: str) -> Self:
         """The parts of `y`, `y (mm)`, `y [mm]`, `y/mm`, `y_mm`, `y in mm` or `y mm`."""
         title = title.strip()
         if match := re.fullmatch(r"([^(\[]*)[(\[](.*?)[)\]]*", title, re.S):
@@ -104,10 +104,10 @@ class Table:
     def headings(self, known: Collection[str]) -> list[Heading] | None:
         """The headings; those of a comment above the rows where all of its words are `known` or name a numbering."""
         if self.header is not None:
-            own = [Heading.of(title) for title in self.header]
+            own = [Heading.from_title(title) for title in self.header]
             pairs = zip(own, [unit.strip("()[] ").lower() for unit in self.units] or [""] * len(own))
             return [h if h.unit or unit in ("", "-") else Heading(h.title, h.name, unit) for h, unit in pairs]
-        comment = [Heading.of(title) for title in self.comment or []]
+        comment = [Heading.from_title(title) for title in self.comment or []]
         return comment if comment and all(h.name in known or h.name in _INDEX for h in comment) else None
 
     def counts(self, column: int) -> bool:
@@ -160,7 +160,7 @@ class _Reader:
                 header = header[0].split()
             columns = len(header)
             rows = [(n, _cut(row, columns)) for n, row in rows]
-        anything = {k for k, title in enumerate(header or []) if Heading.of(title).name in self.texts}
+        anything = {k for k, title in enumerate(header or []) if Heading.from_title(title).name in self.texts}
         fraction = False
         for n, row in rows:
             if len(row) != columns or columns < 2:
@@ -310,7 +310,7 @@ def _layout(path: Path, found: list[_Line], texts: Collection[str]) -> tuple[str
     """
     best, most = None, 0
     for separator, decimal in _layouts(found):
-        names = [Heading.of(title).name for title in _names(found[0][1], separator)]
+        names = [Heading.from_title(title).name for title in _names(found[0][1], separator)]
         anything = {k for k, name in enumerate(names) if name in texts}
         numeric, whole, headings, length = 0, True, 0, None
         for _, line in found:

@@ -1,6 +1,7 @@
 """The tables of a result, one class for each analysis, in SI units and with the shapes of docs/reference/output.md.
 
-Each `of(result)` raises `ResultError` if the result has no such analysis; `present(result)` says whether it has.
+Each `from_result(result)` raises `ResultError` if the result has no such analysis; `present(result)` says whether it
+has.
 """
 
 from dataclasses import dataclass
@@ -52,7 +53,7 @@ class Modes:
     wave_diameters: Floats | None  # [m], positive where the wave travels with the rotation
 
     @classmethod
-    def of(cls, result: Result, body: str) -> Self:
+    def from_result(cls, result: Result, body: str) -> Self:
         """The modes of the `lower` or the `upper` body."""
         path = f"modes/{body}"
         if f"{path}/frequency" not in result:
@@ -109,7 +110,7 @@ class ComplexModes(Table):
     partner: Integers | None  # [e], place of the same eigenvalue from the other source, -1 without one
 
     @classmethod
-    def of(cls, result: Result) -> Self:
+    def from_result(cls, result: Result) -> Self:
         """The eigenvalues of a result."""
         cls.expect(result)
         value = result.complexes("stability/eigenvalue")
@@ -204,7 +205,7 @@ class ContactGrid(Table):
     approach: float  # m
 
     @classmethod
-    def of(cls, result: Result, group: str = "contact") -> Self:
+    def from_result(cls, result: Result, group: str = "contact") -> Self:
         """A contact of a result: one of `groups(result)`."""
         cls.expect(result)
         x, y = result.array(f"{group}/x"), result.array(f"{group}/y")
@@ -269,7 +270,7 @@ class History(Table):
     velocity: Floats | None  # [s, k, 3], m/s
 
     @classmethod
-    def of(cls, result: Result) -> Self:
+    def from_result(cls, result: Result) -> Self:
         """The history of a result, of a stopped run as far as it came."""
         cls.expect(result)
         has_points = "transient/point_velocity" in result and "transient/points/name" in result
@@ -309,7 +310,7 @@ class Receptances(Table):
     bodies: dict[str, Complexes]  # name: [f, 3, 3], m/N
 
     @classmethod
-    def of(cls, result: Result) -> Self:
+    def from_result(cls, result: Result) -> Self:
         """The receptances of a result, by rising frequency."""
         cls.expect(result)
         frequency = result.array("receptance/frequency")
@@ -345,7 +346,7 @@ class Sweep(Table):
     offset: Integers  # [s + 1]
 
     @classmethod
-    def of(cls, result: Result) -> Self:
+    def from_result(cls, result: Result) -> Self:
         """The sweep of a result."""
         cls.expect(result)
         keys = result.texts("sweep/keys")
@@ -404,7 +405,7 @@ class Branches(Table):
     level_a: dict[str, Floats]  # A-weighted sound power level of each body that is heard, [p], dB re 1 pW
 
     @classmethod
-    def of(cls, result: Result) -> Self:
+    def from_result(cls, result: Result) -> Self:
         """The branches of a result."""
         cls.expect(result)
         ends = [str(t) for t in np.char.decode(np.asarray(result["cycles/end"], dtype=bytes), "utf-8").ravel()]
@@ -475,7 +476,7 @@ class Cycles(Table):
     ]  # A-weighted sound power level of each body that is heard, [b, s], dB re 1 pW; -inf at rest
 
     @classmethod
-    def of(cls, result: Result) -> Self:
+    def from_result(cls, result: Result) -> Self:
         """The limit cycles of a result."""
         cls.expect(result)
         group = "sweep/cycles/"
@@ -520,7 +521,7 @@ class CreepCurve(Table):
     eigenvalue: Complexes | None  # [c], 1/s, the one with the largest growth rate
 
     @classmethod
-    def of(cls, result: Result) -> Self:
+    def from_result(cls, result: Result) -> Self:
         """The creep curve of a result."""
         cls.expect(result)
         key = next((k for k in ("longitudinal", "lateral", "spin") if f"creep_curve/{k}" in result), None)
@@ -554,7 +555,7 @@ class Provenance:
     damping: list[str]  # of each body with modes, in words
 
     @classmethod
-    def of(cls, result: Result) -> Self:
+    def from_result(cls, result: Result) -> Self:
         """The provenance of a result."""
 
         def texts(name: str) -> list[str]:

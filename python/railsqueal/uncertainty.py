@@ -58,7 +58,7 @@ class Uncertainty(Table):
     total_interval: Floats | None  # [k, 2]
 
     @classmethod
-    def of(cls, result: Result) -> Self:
+    def from_result(cls, result: Result) -> Self:
         """The samples of a result."""
         cls.expect(result)
         group = "uncertainty"

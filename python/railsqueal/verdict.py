@@ -42,7 +42,7 @@ def named_keys(result: Result, text: str) -> str:
     """A sentence of the program with the names of the swept keys in place of the keys."""
     if not Sweep.present(result) or ", with " not in text:
         return text
-    table = Sweep.of(result)
+    table = Sweep.from_result(result)
     places = range(len(table.status))
     # The longest first: values may begin alike.
     given = sorted(((key_values(result, table, k), k) for k in places), key=lambda item: -len(item[0]))
@@ -94,8 +94,12 @@ def relaxing(table: ComplexModes) -> Integers:
 
 def by_stability(result: Result) -> tuple[str, str]:
     """Kind and sentence of an examination of stability."""
-    table, names = ComplexModes.of(result), ModeNames.of(result)
-    unstable, relaxation = squealing(table), relaxing(table)
+    table, names = ComplexModes.from_result(result), ModeNames.from_result(result)
+    growing_modes, relaxation = squealing(table), relaxing(table)
+    lowest = infinite_from(result)
+    low = table.frequency[growing_modes] < lowest
+    unstable = growing_modes[~low]
+    ends = below(table, growing_modes[low], lowest)
     apart = ""
     if len(relaxation):
         count = "one eigenvalue grows" if len(relaxation) == 1 else f"{len(relaxation)} eigenvalues grow"
@@ -114,12 +118,30 @@ def by_stability(result: Result) -> tuple[str, str]:
             parts.append(cure)
         if apart:
             parts.append(f"apart from these, {apart}")
+        if ends:
+            parts.append(ends)
         return SQUEAL, "; ".join(parts) + "."
     limit = searched(result, table)
-    damped = least_damped(table, names)
+    damped = "; ".join(text for text in (ends, least_damped(table, names)) if text)
     if apart:
         return RELAXATION, f"No squealing mode found{limit}, but {apart}{'; ' + damped if damped else ''}."
     return QUIET, f"No squeal found{limit}{'; ' + damped if damped else ''}."
+
+
+def infinite_from(result: Result) -> float:
+    """Frequency below which growth depends on the ends of a rail of finite length, Hz; 0 without a rail."""
+    paths = [f"modes/{body}/infinite_from" for body in BODIES.values()]
+    return max((result.number(path) for path in paths if path in result), default=0.0)
+
+
+def below(table: ComplexModes, low: Integers, lowest: float) -> str:
+    """Growth of modes below the frequency `lowest`, Hz, in words; empty without such modes."""
+    if not len(low):
+        return ""
+    return (
+        f"growth at {listed(table.frequency[low])} ({rate(table, int(low[0]))}) depends on the ends of the rail, "
+        f"which is one of infinite length from {hertz(lowest)} on"
+    )
 
 
 def listed(frequency: Floats) -> str:
@@ -258,7 +280,7 @@ def loudness(result: Result, names: ModeNames) -> str:
 
 def by_transient(result: Result) -> tuple[str, str]:
     """Kind and sentence of a motion in time without an examination of stability."""
-    history, names = History.of(result), ModeNames.of(result)
+    history, names = History.from_result(result), ModeNames.from_result(result)
     moving = growth.signal(history)
     span = growth.period(moving)
     phase = growth.exponential(*growth.envelope(moving, 2 * span))
@@ -277,7 +299,7 @@ def by_transient(result: Result) -> tuple[str, str]:
 
 def sweep_kind(result: Result) -> str:
     """Squeal where an eigenvalue of any point grows and oscillates, relaxation where one grows without oscillation."""
-    table = Sweep.of(result)
+    table = Sweep.from_result(result)
     grows = growing(table.eigenvalue)
     oscillates = np.abs(table.eigenvalue.imag) > OSCILLATION * np.abs(table.eigenvalue)
     if (grows & oscillates).any():
@@ -289,7 +311,7 @@ def swept(result: Result) -> str:
     """Points of a sweep that squeal, and the one with the fastest growth; empty without a sweep."""
     if not Sweep.present(result):
         return ""
-    table = Sweep.of(result)
+    table = Sweep.from_result(result)
     computed, failed = int((table.status == 0).sum()), int((table.status != 0).sum())
     missing = f"; {failed} {'point' if failed == 1 else 'points'} failed" if failed else ""
     unstable = int((table.unstable > 0).sum())
@@ -313,10 +335,10 @@ def loudest_cycle(result: Result) -> str:
     """The loudest limit cycle of a sweep, by the sound power of its louder body; empty without sound power."""
     if not Cycles.present(result):
         return ""
-    levels = Cycles.of(result).loudest()
+    levels = Cycles.from_result(result).loudest()
     if levels is None or not np.isfinite(levels).any():
         return ""
-    cycles, table = Cycles.of(result), Sweep.of(result)
+    cycles, table = Cycles.from_result(result), Sweep.from_result(result)
     branch, place = np.unravel_index(int(np.argmax(np.where(np.isfinite(levels), levels, -np.inf))), levels.shape)
     level, frequency = levels[branch, place], hertz(float(cycles.frequency[branch, place]))
     at = point(result, table, int(place))
@@ -354,6 +376,6 @@ def left_out(result: Result) -> str:
     """Bodies without modes, which the verdict says nothing about."""
     if not ComplexModes.present(result) or not Modes.bodies(result):
         return ""
-    names = ModeNames.of(result).bodies
+    names = ModeNames.from_result(result).bodies
     still = [names[b] for b in BODIES.values() if f"modes/{b}/frequency" not in result]
     return f"The {still[0]} has no modes in this result." if len(still) == 1 else ""

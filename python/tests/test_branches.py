@@ -46,7 +46,7 @@ def result(path: Path) -> Path:
 
 def test_branches_have_rows_of_their_own(tmp_path: Path) -> None:
     with Result(result(tmp_path / "a.h5")) as found:
-        table = Branches.of(found)
+        table = Branches.from_result(found)
     assert table.places(0) == [0, 1, 2, 3] and table.places(1) == [4, 5]
     assert table.end == [["at the end of the range", "at rest"], ["at rest", "at the end of the range"]]
     assert np.allclose(table.velocity(), 0.03)

@@ -31,9 +31,9 @@ def two(cylinders: Path, tmp_path: Path) -> Path:
 def test_each_contact_has_its_grid_and_its_figures(two: Path) -> None:
     with Result(two) as result:
         assert ContactGrid.groups(result) == ["contact", "contact_2"]
-        first, second = (ContactGrid.of(result, group) for group in ContactGrid.groups(result))
+        first, second = (ContactGrid.from_result(result, group) for group in ContactGrid.groups(result))
         assert np.array_equal(second.pressure, 0.5 * first.pressure) and second.force[2] == 0.5 * first.force[2]
-        said = {(f.group, f.name): f.value for f in figures.of(result)}
+        said = {(f.group, f.name): f.value for f in figures.figures_of_result(result)}
     assert said["steady rolling", "largest pressure"] == 2 * said["steady rolling, contact 2", "largest pressure"]
     assert said["placement, contact 2", "lateral creepage"] == 2 * said["placement", "lateral creepage"]
 

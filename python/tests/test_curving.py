@@ -45,7 +45,7 @@ def mirrored(path: Path, to: Path) -> Path:
 
 def test_tables_are_read(curving: Path) -> None:
     with Result(curving) as result:
-        table, radii = Curving.of(result), CurvingRadii.of(result)
+        table, radii = Curving.from_result(result), CurvingRadii.from_result(result)
     assert table.radius == pytest.approx(300) and table.curve() == "curve to the right, radius 300 m, 10 m/s"
     # The place that carries most comes first; only a wheel with several places names them.
     assert table.places(1).tolist() == [2, 1] and table.places(3).tolist() == [4]
@@ -61,11 +61,11 @@ def test_an_unknown_wheel_is_refused(curving: Path) -> None:
     with h5py.File(curving, "a") as file:
         file["curving/contacts/wheel"][0] = 4
     with Result(curving) as result, pytest.raises(ResultError, match="contacts/wheel has the value 4, expected 0 to 3"):
-        Curving.of(result)
+        Curving.from_result(result)
     with h5py.File(curving, "a") as file:
         del file["curving"]
     with Result(curving) as result, pytest.raises(ResultError, match="its job has no analyses.curving"):
-        Curving.of(result)
+        Curving.from_result(result)
 
 
 def test_axes_have_titles_with_units(curving: Path, tmp_path: Path) -> None:
@@ -102,7 +102,7 @@ def test_wheels_keep_their_colours_over_the_radius(curving: Path, tmp_path: Path
 
 def test_the_bogie_stands_as_the_curve_turns(curving: Path, tmp_path: Path) -> None:
     with Result(curving) as result, Result(mirrored(curving, tmp_path / "left.h5")) as other:
-        tables = [Curving.of(result), Curving.of(other)]
+        tables = [Curving.from_result(result), Curving.from_result(other)]
         canvas = Kept(tmp_path, "bogie", resolution=DOTS)
         words = []
         for source in (result, other):
@@ -129,7 +129,10 @@ def test_a_straight_track_is_drawn(curving: Path, tmp_path: Path) -> None:
         for name in ("curvature", "frame", "axles/shift", "axles/yaw", "contacts/force", "contacts/creep_force"):
             file[f"curving/{name}"][...] = 0
     with Result(curving) as result:
-        assert Curving.of(result).curve() == "straight track at 10 m/s" and drawn.exaggeration(Curving.of(result)) == 1
+        assert (
+            Curving.from_result(result).curve() == "straight track at 10 m/s"
+            and drawn.exaggeration(Curving.from_result(result)) == 1
+        )
         assert len(drawn.pictures(result, Canvas(tmp_path, "straight", resolution=DOTS))) == 3
 
 
@@ -158,7 +161,7 @@ def test_creepages_are_compared(curving: Path, tmp_path: Path) -> None:
     with h5py.File(other, "a") as file:
         file["curving/contacts/creepage"][3, 1] *= 1.01
     with Result(curving) as one, Result(other) as two:
-        named = {f.name: f for f in figures.of(one)}
+        named = {f.name: f for f in figures.figures_of_result(one)}
         spin = named["leading outer, spin"]
         assert spin.value == pytest.approx(1.1741) and spin.unit == "1/m"
         assert sum(name.endswith("creepage") or name.endswith("spin") for name in named) == 12

@@ -14,7 +14,7 @@ from railsqueal import History, Result, ResultError, growth, sound
 
 def test_the_growth_is_found_and_the_cycle_left_out(transient: Callable[..., Path]) -> None:
     with Result(transient()) as result:
-        moving = growth.signal(History.of(result))
+        moving = growth.signal(History.from_result(result))
         span = growth.period(moving)
         assert 1 / span == pytest.approx(FREQUENCY, rel=2e-3)
         phase = growth.exponential(*growth.envelope(moving, 2 * span))

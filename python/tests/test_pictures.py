@@ -76,7 +76,7 @@ def test_a_stopped_run_is_drawn(transient: Callable[..., Path], tmp_path: Path) 
 
 def test_cells_of_a_map_are_the_values_that_were_computed(tmp_path: Path) -> None:
     with Result(swept(tmp_path / "s.h5", [0.1, 0.2, 0.3], [40e3, 70e3, 1e6], failed=4)) as result:
-        table = Sweep.of(result)
+        table = Sweep.from_result(result)
         friction, load = (sweep.Key(result, table, key) for key in table.keys)
         centres, width = friction.cells()
         assert friction.even and centres == pytest.approx([0.1, 0.2, 0.3]) and width == pytest.approx(0.1)
@@ -104,7 +104,7 @@ def test_limit_cycles_are_drawn_branch_by_branch(tmp_path: Path) -> None:
         for name in ("velocity_rms", "force_harmonics"):
             dataset(file, f"sweep/cycles/{name}", np.zeros((2, 6, 2, 3)))
     with Result(path) as result:
-        assert tables.Cycles.of(result).loudest() is None
+        assert tables.Cycles.from_result(result).loudest() is None
     with h5py.File(path, "a") as file:
         level = np.where(fate > 0, 90.0 + np.arange(6), np.where(fate == 0, -np.inf, np.nan))
         dataset(file, "sweep/cycles/sound_power/lower/total_level_a", level, "dB")

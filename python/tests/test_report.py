@@ -48,7 +48,7 @@ def test_the_report_is_one_page_that_loads_nothing(cylinders: Path, tmp_path: Pa
         )
         assert 'src="http' not in text and 'href="http' not in text
         assert "a &lt; b &amp; c" in text and "the contact is &lt;coarse&gt;" in text
-        force = next(f for f in figures.of(result) if f.name == "force y on body 1")
+        force = next(f for f in figures.figures_of_result(result) if f.name == "force y on body 1")
         assert force.text in text and force.value == result.array("contact/force")[1]
         written = ("figures", "modes", "eigenvalues", "unstable", "forces")
         assert [t.name for t in tables] == [f"two-{name}.csv" for name in written]
@@ -79,8 +79,8 @@ def test_times_by_stage_add_up(cylinders: Path, tmp_path: Path) -> None:
         file["provenance/stage_names"] = ["modes", "points", "modes", "points"]
         file["provenance/stage_times"] = [1.0, 2.0, 0.25, 4.5]
     with Result(timed) as result:
-        assert tables.Provenance.of(result).stages == {"modes": 1.25, "points": 6.5}
-        text = report.times(tables.Provenance.of(result).stages)
+        assert tables.Provenance.from_result(result).stages == {"modes": 1.25, "points": 6.5}
+        text = report.times(tables.Provenance.from_result(result).stages)
     assert "<td>modes</td><td>1.25</td><td>16.1</td>" in text
     assert "<td>all stages</td><td>7.75</td><td>100.0</td>" in text
 

@@ -29,14 +29,14 @@ def test_what_is_not_there_is_said_with_what_is(cylinders: Path) -> None:
             with pytest.raises(ResultError, match=part):
                 result[name]
         with pytest.raises(ResultError, match="analyses.receptance"):
-            Receptances.of(result)
+            Receptances.from_result(result)
         with pytest.raises(ResultError, match="'middle'.*lower, upper"):
-            Modes.of(result, "middle")
+            Modes.from_result(result, "middle")
 
 
 def test_the_tables_of_a_real_result(cylinders: Path) -> None:
     with Result(cylinders) as result, h5py.File(cylinders) as file:
-        grid, modes = ContactGrid.of(result), ComplexModes.of(result)
+        grid, modes = ContactGrid.from_result(result), ComplexModes.from_result(result)
         nx, ny = file["contact/shape"][()]
         pressure = file["contact/pressure"][()]
         # Node (i, j) has the index i + nx j, and the pressures over the areas are the normal force.
@@ -53,7 +53,7 @@ def test_the_tables_of_a_real_result(cylinders: Path) -> None:
         assert np.array_equal(growing(modes.eigenvalue), modes.grows)
         assert not growing(np.array([1e-3, 2e-8 + 1e-4j, 1e-9 + 6e3j])).any()
         assert growing(np.array([1588.0, 0.1 + 6e3j])).all()
-        assert Modes.of(result, "upper").frequency[0] == file["modes/upper/frequency"][0]
+        assert Modes.from_result(result, "upper").frequency[0] == file["modes/upper/frequency"][0]
         assert result.units("contact/pressure") == "Pa"
         # Largest shares first, with the number of the mode in its body.
         share = file["stability/participation"][0]
@@ -67,7 +67,7 @@ def test_a_stopped_run_is_joined(transient: Callable[..., Path]) -> None:
     path = transient(segments=3)
     with Result(path) as result:
         assert result.stopped and result.job["title"] == "made"
-        history = History.of(result)
+        history = History.from_result(result)
         assert len(history.time) == 30000 and np.all(np.diff(history.time) > 0)
         assert history.points == ["rim"] and history.velocity is not None and history.velocity.shape == (30000, 1, 3)
         # Areas belong to lines half the way to their neighbours.

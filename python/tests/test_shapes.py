@@ -113,9 +113,9 @@ def test_motions_of_the_page_are_those_of_the_sequence(tmp_path: Path) -> None:
 def test_motions_without_room_are_counted(tmp_path: Path) -> None:
     path, *_ = moving(tmp_path / "a.h5")
     with Result(path) as result:
-        every = shapes.Shapes.of(result)
+        every = shapes.Shapes.from_result(result)
         assert (len(every.motions), every.left_out) == (4, 0)
-        few = shapes.Shapes.of(result, budget=shapes.cost(every.motions[0], every.surfaces[0]) + 10)
+        few = shapes.Shapes.from_result(result, budget=shapes.cost(every.motions[0], every.surfaces[0]) + 10)
         assert (len(few.motions), few.left_out) == (1, 3)
 
 
@@ -127,7 +127,7 @@ def test_a_page_has_a_largest_size(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     with Result(path) as result:
         whole = report.page(result, [])
         # Two of four modes find room: the first one with its surface, and one more.
-        every = shapes.Shapes.of(result)
+        every = shapes.Shapes.from_result(result)
         two = shapes.cost(every.motions[0], every.surfaces[0]) + shapes.cost(every.motions[1], None)
         monkeypatch.setattr(report, "LARGEST", report.LARGEST - rooms[0] + shapes.OVERHEAD + two)
         text = report.page(result, [])

@@ -122,7 +122,7 @@ def test_more_maps_than_fit_are_picked_and_said(tmp_path: Path, figures_kept: di
         dataset(file, "sweep/eigenvalue", np.zeros(0, complex))
         dataset(file, "sweep/offset", np.zeros(len(points) + 1, int))
     with Result(path) as result:
-        sweep = Sweep.of(result)
+        sweep = Sweep.from_result(result)
         few = [Key(result, sweep, key) for key in sweep.keys]
         # One cell for each map would take long: the maps are counted, not drawn.
         with pytest.MonkeyPatch.context() as patch:
@@ -191,7 +191,7 @@ def test_friction_laws_are_told_apart(tmp_path: Path) -> None:
         dataset(file, "sweep/eigenvalue", np.zeros(0, complex))
         dataset(file, "sweep/offset", np.zeros(3, int))
     with Result(path) as result:
-        key = Key(result, Sweep.of(result), "contact.friction")
+        key = Key(result, Sweep.from_result(result), "contact.friction")
     ticks = [key.tick(k).replace("\n", " ") for k in key.levels]
     assert (
         ticks == [f"exponential: static 0.4, kinetic {k}, decay velocity 0.5 m/s" for k in (0.3, 0.2)]

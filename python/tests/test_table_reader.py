@@ -73,8 +73,8 @@ def test_what_is_not_certain_is_refused_with_its_line(text: str, part: str) -> N
 
 def test_units_are_told_by_headings() -> None:
     for title in ("y (mm)", "y [mm]", "Y/mm", "y_mm", "y in mm", "y mm"):
-        assert (Heading.of(title).name, Heading.of(title).unit) == ("y", "mm"), title
-    assert not Heading.of("y (ft)").known and Heading.of("y").unit is None
+        assert (Heading.from_title(title).name, Heading.from_title(title).unit) == ("y", "mm"), title
+    assert not Heading.from_title("y (ft)").known and Heading.from_title("y").unit is None
 
 
 class Written:

@@ -67,7 +67,7 @@ def study(path: Path, indices: bool = True) -> Path:
 
 def test_the_outcome_is_a_sentence(tmp_path: Path) -> None:
     with Result(study(tmp_path / "u.h5")) as result:
-        table = Uncertainty.of(result)
+        table = Uncertainty.from_result(result)
         said = table.sentence({key: named(result, key).name for key in table.keys})
         rows = {f.name: f.value for f in figures.uncertainty(result)}
         loss = named(result, LOSS).name

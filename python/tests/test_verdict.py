@@ -83,7 +83,7 @@ def test_growth_without_oscillation_is_no_squeal(tmp_path: Path) -> None:
     values = [1588.0, at(350, -2.0), at(3000, -1.0)]
     with Result(spectrum(tmp_path / "a.h5", values)) as result:
         said, text = verdict(result), report.page(result, [])
-        table = ComplexModes.of(result)
+        table = ComplexModes.from_result(result)
         assert table.oscillates.tolist() == [False, True, True]
     assert said.kind == "relaxation" and said.sentence.startswith(
         "No squealing mode found up to 6 kHz, but one eigenvalue grows without oscillation"
@@ -170,7 +170,7 @@ def test_results_that_cannot_tell_say_so(transient: Callable[..., Path], tmp_pat
 
 def test_kinds_of_modes_are_summed(tmp_path: Path) -> None:
     with Result(spectrum(tmp_path / "a.h5", [at(965, 4.0)])) as result:
-        names, table = ModeNames.of(result), ComplexModes.of(result)
+        names, table = ModeNames.from_result(result), ComplexModes.from_result(result)
         assert names.free["upper"] == [
             "wheel mode 1 (n = 3 axial)",
             "wheel mode 2 (n = 3 axial)",
@@ -202,7 +202,7 @@ def test_budget_and_cures(tmp_path: Path) -> None:
             dataset(file, f"stability/sensitivity/{name}", np.array(values, complex), "1/s")
         dataset(file, "placement/creepage", [0.001, -0.02, 0.0])
     with Result(path) as result:
-        budget, sensitivities = Budget.of(result), Sensitivities.of(result)
+        budget, sensitivities = Budget.from_result(result), Sensitivities.from_result(result)
         assert budget is not None and sensitivities is not None
         # What is left of the sum is friction.
         assert budget.friction == pytest.approx([5.9, 3.7])
@@ -316,4 +316,7 @@ def test_modes_of_meshes_are_named_by_diameters_and_frequency(tmp_path: Path) ->
     with h5py.File(path, "a") as file:
         del file["modes/upper/family"]
     with Result(path) as result:
-        assert ModeNames.of(result).made_of(ComplexModes.of(result), 0) == "98 % wheel mode n = 3 of 975 Hz"
+        assert (
+            ModeNames.from_result(result).made_of(ComplexModes.from_result(result), 0)
+            == "98 % wheel mode n = 3 of 975 Hz"
+        )

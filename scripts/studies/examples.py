@@ -8,6 +8,7 @@ from pages import put
 from program import KEPT, ROOT, run
 from railsqueal import Result
 from railsqueal.tables import Sweep
+from railsqueal.uncertainty import Uncertainty
 from report import table
 
 PAGES = ROOT / "docs" / "examples"
@@ -51,7 +52,7 @@ def points(job):
     output.unlink(missing_ok=True)
     run(job, {}, output=output)
     with Result(output) as result:
-        sweep = Sweep.of(result)
+        sweep = Sweep.from_result(result)
     output.unlink()
     if np.any(sweep.status):
         raise SystemExit(f"points of {job} failed: {sweep.message}")
@@ -150,8 +151,67 @@ def sleeper_bay():
     write("sleeper-bay", ["distance from a sleeper, m"], [[f"{p.values[0]:g}", *p.cells()] for p in found], draw)
 
 
+# Wear of the wheel, and the rail's friction: static and kinetic coefficients with the limits between which they lie.
+PROFILES = {
+    "new": '"S1002"',
+    "hollow 0.5 mm": '{"file": {"path": "profiles/half-worn-s1002.txt"}}',
+    "hollow 1 mm": '{"file": {"path": "profiles/worn-s1002.txt"}}',
+}
+RAILS = {"dry": [(0.45, [0.41, 0.55]), (0.38, [0.30, 0.41])], "humid": [(0.30, [0.27, 0.40]), (0.26, [0.20, 0.27])]}
+
+
+def uncertain_curve():
+    """Probability of squeal of three states of wear on a dry and on a humid rail."""
+    KEPT.mkdir(parents=True, exist_ok=True)
+    rows, likely = [], {}
+    for wear, profile in PROFILES.items():
+        for rail, friction in RAILS.items():
+            output = KEPT / "uncertain-curve.h5"
+            output.unlink(missing_ok=True)
+            sets = {"bodies.upper.profile": profile}
+            for k, (mean, limits) in enumerate(friction):
+                sets[f"analyses.uncertainty.inputs.{k}.distribution.normal.mean"] = mean
+                sets[f"analyses.uncertainty.inputs.{k}.truncate"] = limits
+            for k, name in enumerate(("static", "kinetic")):
+                sets[f"contact.friction.exponential.{name}"] = friction[k][0]
+            run("uncertain-curve.json", sets, output=output)
+            with Result(output) as result:
+                found = Uncertainty.from_result(result)
+            output.unlink()
+            likely[wear, rail] = found
+            modes = ", ".join(
+                f"{found.mode_frequency[m]:.0f} Hz {found.mode_probability[m]:.2f}" for m in found.squealing[:4]
+            )
+            rows.append(
+                [
+                    wear,
+                    rail,
+                    f"{found.probability:.2f}",
+                    f"{found.interval[0]:.2f} to {found.interval[1]:.2f}",
+                    modes or "none",
+                ]
+            )
+    head = ["wheel", "rail", "P(squeal)", "95 % interval", "modes with their probability"]
+    put(PAGES / "uncertain-curve.md", "uncertain-curve", table(head, rows))
+    figure, axes = plt.subplots(figsize=(7.2, 3.0), layout="constrained")
+    for k, rail in enumerate(RAILS):
+        place = np.arange(len(PROFILES)) + 0.36 * (k - 0.5)
+        shares = [likely[wear, rail] for wear in PROFILES]
+        height = [p.probability for p in shares]
+        error = np.abs(np.transpose([p.interval for p in shares]) - height)
+        axes.bar(place, height, 0.36, yerr=error, capsize=3, color=COLOURS[2 * (1 - k)], label=rail)
+    axes.set_xticks(range(len(PROFILES)), PROFILES)
+    axes.set_xlabel("profile of the wheel")
+    axes.set_ylabel("probability of squeal")
+    axes.set_ylim(0, 1.05)
+    axes.legend(frameon=False, loc="upper left", bbox_to_anchor=(1.0, 1.0))
+    plt.rcParams["svg.hashsalt"] = "uncertain-curve"
+    figure.savefig(PAGES / "uncertain-curve.svg", metadata={"Date": None})
+    plt.close(figure)
+
+
 def worked():
     """All of them."""
-    for example in (damped_wheel, friction_modifier, worn_wheel, sleeper_bay):
+    for example in (damped_wheel, friction_modifier, worn_wheel, sleeper_bay, uncertain_curve):
         example()
     return {}

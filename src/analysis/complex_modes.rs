@@ -120,7 +120,7 @@ pub(super) fn draw(
     reduced: Option<(&StabilityResult, &CoupledModel)>,
 ) -> Result<bool> {
     let world = run.world();
-    let pictures = Pictures::of(world, bodies, |_| true);
+    let pictures = Pictures::new(world, bodies, |_| true);
     let chosen = chosen(reduced.map(|r| r.0), stability.shapes as usize);
     let values = world.broadcast(chosen.iter().map(|(_, e)| e.value).collect::<Vec<C>>());
     if pictures.is_empty() || values.is_empty() {

@@ -12,7 +12,7 @@ pub fn run(run: &mut Run) -> Result<()> {
     run.progress.stage("steady curving");
     let job = run.job;
     let found = run.world().on_root(|| {
-        let curving = Curving::of(job)?;
+        let curving = Curving::from_job(job)?;
         let tables = curving.tables(job)?;
         Ok((curving, tables))
     })?;

@@ -10,7 +10,7 @@ use crate::job;
 use crate::model::{self, CoupledModel};
 use crate::parallel::World;
 use crate::stability::confirmation;
-use crate::stability::dense::{self, Whole};
+use crate::stability::dense::{self, FullOrderBody};
 use crate::stability::full::completeness::{partners, Wedge};
 use crate::stability::full::residuals::Residuals;
 use crate::stability::full::{
@@ -83,7 +83,7 @@ pub struct Beside {
 impl Beside {
     /// Collective: of what was `found` that which agrees with the reduced eigenvalue of this number, from 1: a
     /// transient of all degrees of freedom begins along it.
-    pub fn of(world: &World, found: FullResult, number: u32) -> Result<Self> {
+    pub fn nearest_to(world: &World, found: FullResult, number: u32) -> Result<Self> {
         let FullResult { spectrum, mut amplitudes, partners, .. } = found;
         let place = world.on_root(|| {
             let partner = (number as usize).checked_sub(1);
@@ -166,10 +166,10 @@ fn at_once(run: &Run, wanted: &job::FullStability, bodies: &Bodies, contact: &Li
         )));
     }
     let given = [run.job.bodies.lower.as_ref(), run.job.bodies.upper.as_ref()];
-    let wholes: Vec<Option<Whole>> = systems
+    let wholes: Vec<Option<FullOrderBody>> = systems
         .iter()
         .zip(given)
-        .map(|(s, body)| s.and_then(|s| Whole::gather(world, s, body.map_or(1.0, job::Body::damping_factor))))
+        .map(|(s, body)| s.and_then(|s| FullOrderBody::gather(world, s, body.map_or(1.0, job::Body::damping_factor))))
         .collect();
     let wedge = Wedge::new(wanted.max_frequency, wanted.damping_ratio);
     let found = world.on_root(|| {

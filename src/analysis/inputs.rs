@@ -42,7 +42,7 @@ fn inputs(job: &Job, options: &RunOptions) -> Vec<(String, PathBuf)> {
 }
 
 /// On rank 0: `Error::Job` if a file or folder that the run would write is one that it reads, under whatever name.
-pub fn stay(job: &Job, options: &RunOptions) -> Result<()> {
+pub fn refuse_overwriting_inputs(job: &Job, options: &RunOptions) -> Result<()> {
     let (files, folder) = outputs(&options.output);
     let identity = |path: &Path| std::fs::metadata(path).ok().map(|m| (m.dev(), m.ino()));
     // What a run that failed has left may be taken up by the next one with the same output.

@@ -146,7 +146,7 @@ fn capable(job: &Job) -> Result<()> {
 
 /// Surroundings of a run at its beginning.
 #[derive(Clone, Copy)]
-pub struct Around<'r> {
+pub struct RunContext<'r> {
     /// Data read of the mesh files to plan the run, on rank 0.
     pub meshes: &'r Meshes,
     /// When to stop.
@@ -158,11 +158,11 @@ pub fn run(
     petsc: &Petsc,
     job: &Job,
     options: &RunOptions,
-    around: &Around,
+    around: &RunContext,
     progress: &mut Progress,
 ) -> Result<Summary> {
     let world = petsc.world();
-    let &Around { meshes, stop } = around;
+    let &RunContext { meshes, stop } = around;
     if let (true, Some(path)) = (job.by_matrices(), &options.reuse) {
         return Err(Error::Job(format!(
             "--reuse {}: bodies given by matrices are reduced anew in each run; leave it out",
@@ -171,7 +171,7 @@ pub fn run(
     }
     let date = crate::output::utc_now();
     check(job)?;
-    world.on_root(|| inputs::stay(job, options))?;
+    world.on_root(|| inputs::refuse_overwriting_inputs(job, options))?;
     let segments = world.on_root(|| segments(job, options, progress))?.flatten();
     let file = ResultFile::create(world, &options.output, options.force || options.resume)?;
     for (files, what) in [
@@ -192,9 +192,10 @@ pub fn run(
     let filled = wheel_rail_geometry::filled(world, job)?;
     let given = job;
     let job = filled.as_ref().unwrap_or(job);
-    let mut run = Run { petsc, job, given, options, meshes, stop, segments, file, progress, summary: Summary::of(job) };
+    let mut run =
+        Run { petsc, job, given, options, meshes, stop, segments, file, progress, summary: Summary::from_job(job) };
 
-    let inputs = perform(&mut run).map_err(|e| match run.file.kept() {
+    let inputs = perform(&mut run).map_err(|e| match run.file.kept_file() {
         Some(kept) if kept.exists() => {
             let what = if run.file.keeps_all() { "Modes and compliance" } else { "Modes" };
             e.with(format!("{what} are kept in {0}: --reuse {0} takes them up", kept.display()))

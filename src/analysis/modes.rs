@@ -5,6 +5,7 @@ use crate::body::modes::Extent;
 use crate::body::{Kind, ModeLabel, TraceModes};
 use crate::case::bodies::Bodies;
 use crate::case::display_modes::Pictures;
+use crate::case::rail;
 use crate::job::{Job, ModesExtent};
 use crate::model::{measure, shifts, waves, ModalRotation, RailMode};
 use crate::output::{companion, write_modes, BodyPart, SequenceFile, Table};
@@ -45,6 +46,7 @@ pub fn list(run: &mut Run, places: &[(&'static str, usize)], modes: &[TraceModes
             run.file.tables(orders(place, &modes.names));
         }
         run.file.tables(families(place, &modes.names));
+        run.file.tables(validity(run, place)?);
         if let Some(rotation) = &modes.rotation {
             rotating(run, place, &modes.omega, rotation)?;
         }
@@ -76,7 +78,7 @@ pub fn show(run: &mut Run, bodies: &Bodies, modes: &[TraceModes]) -> Result<()> 
 /// Collective: the shapes of the modes of wheels that are swept from a section; a rail has hundreds of waves.
 fn show_swept(run: &mut Run, path: &Path, bodies: &Bodies, modes: &[TraceModes]) -> Result<()> {
     let world = run.world();
-    let pictures = Pictures::of(world, bodies, |kind| kind == Kind::Swept);
+    let pictures = Pictures::new(world, bodies, |kind| kind == Kind::Swept);
     if pictures.is_empty() || modes.is_empty() {
         return Ok(());
     }
@@ -160,6 +162,17 @@ fn rotating(run: &mut Run, place: &str, omega: &[f64], rotation: &ModalRotation)
         format!("Hz (nodal diameters, + with the rotation): {} ...", listed.join(", ")),
     );
     Ok(())
+}
+
+/// Collective: on rank 0 the frequency from which on a rail is one of infinite length, of a body that is a rail.
+fn validity(run: &Run, place: &str) -> Result<Option<Table>> {
+    let bodies = run.job.bodies();
+    let Some((_, body)) = bodies.into_iter().find(|(name, _)| *name == place) else { return Ok(None) };
+    let from = run.world().on_root(|| rail::endless_from(body))?.flatten();
+    let text =
+        "Frequency from which on the longitudinal receptance of the rail is that of an infinite one within 10 %; \
+                below it modes depend on its length and its ends.";
+    Ok(from.map(|from| Table::scalar(&format!("/modes/{place}/infinite_from"), "Hz", text, from)))
 }
 
 fn tables(place: &str, frequency: &[f64], residual: &[f64]) -> Vec<Table> {

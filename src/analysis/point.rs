@@ -6,7 +6,7 @@ use crate::contact::baseline::{Ellipse, Footprint, Law, LinearForce, LAWS};
 use crate::grid::Interface;
 use crate::job::{self, Job, StabilityContact};
 use crate::stability::point::{eigenpairs, partners, Comparison, OfLaw, PointContact};
-use crate::stability::{grows, kept, Spectrum};
+use crate::stability::{grows, listed_pairs, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
 
@@ -48,7 +48,7 @@ pub(super) fn wanted(examined: &StabilityProblem, found: &StabilityResult) -> Re
         let point =
             PointContact { place: &place, stiffness: ellipse.normal_stiffness(), speed: contact.speed, friction };
         let all = eigenpairs(pair, &point, stability.tolerance)?;
-        let eigenpairs = kept(stability, all, found.spectrum.limit);
+        let eigenpairs = listed_pairs(stability, all, found.spectrum.limit);
         let partners = partners(&eigenpairs, &found.spectrum.eigenpairs);
         Ok(OfLaw { law, force, eigenpairs, partners })
     };
@@ -71,7 +71,7 @@ pub(super) fn summarise(all: &Comparison, patch: &Spectrum, listed: usize, summa
     ));
     summary.value("growth rates, 1/s", format!("patch; {}", names.join("; ")));
     for (i, e) in patch.eigenpairs.iter().enumerate().take(listed) {
-        let of = |l: &OfLaw| l.of(i).map_or("no such mode".into(), |value| format!("{:+.4}", value.re));
+        let of = |l: &OfLaw| l.partner(i).map_or("no such mode".into(), |value| format!("{:+.4}", value.re));
         let beside: Vec<String> = all.laws.iter().map(of).collect();
         summary.value(&format!("{:.3} Hz", e.frequency()), format!("{:+.4}; {}", e.growth_rate(), beside.join("; ")));
     }

@@ -20,7 +20,7 @@ pub(super) const SAMPLES: f64 = 6.0;
 const COARSEST: f64 = 0.03;
 
 /// Radiation of the modes of a body; or of a rail, under forces at the contact.
-pub(super) struct Given {
+pub(super) struct RadiationInput {
     /// Frequencies at which it is known, Hz.
     pub(super) grid: Vec<f64>,
     /// At these, N·s/m per kg, `[frequencies × m × m]`; of a rail W/N², as [`line::Radiators::powers`] has it.
@@ -29,12 +29,12 @@ pub(super) struct Given {
     pub(super) plane: Vec<f64>,
 }
 
-impl Given {
+impl RadiationInput {
     /// Collective: that of the body with the index `b` in [`Bodies::unique`], whose mode shapes are there. Each rank
     /// takes some of the frequencies.
-    pub(super) fn of(world: &World, bodies: &Bodies, b: usize, (bands, air): (Bands, Air)) -> Result<Self> {
+    pub(super) fn new(world: &World, bodies: &Bodies, b: usize, (bands, air): (Bands, Air)) -> Result<Self> {
         if let Some(body) = bodies.unique.get(b) {
-            if let Some(rail) = world.agree(body.infinite(2.0 * PI * bands.end()))? {
+            if let Some(rail) = world.agree(body.infinite(2.0 * PI * bands.highest()))? {
                 return Self::of_rail(world, &rail, (bands, air));
             }
             if let Some(modes) = body.outline()? {
@@ -87,7 +87,7 @@ pub(super) struct Channels {
 
 impl Channels {
     /// Radiation of a body on this side, a rail or not, whose modes are `modes` of `all`.
-    pub(super) fn of(rail: bool, side: Side, (modes, all): (Range<usize>, usize)) -> Self {
+    pub(super) fn new(rail: bool, side: Side, (modes, all): (Range<usize>, usize)) -> Self {
         if !rail {
             return Self { columns: modes, signs: None };
         }
@@ -135,7 +135,7 @@ pub fn bands_of((key, wanted): (&str, &SoundPower), bodies: &Bodies, modes: &[Tr
 
 /// Stride between two samples, in steps of length `step`, s.
 pub(super) fn stride(bands: Bands, step: f64) -> u64 {
-    (1.0 / (SAMPLES * bands.end() * step)).floor().max(1.0) as u64
+    (1.0 / (SAMPLES * bands.highest() * step)).floor().max(1.0) as u64
 }
 
 /// Sizes of the patches of a body of so large a diameter, m: of the finest ones, and of the largest to which they are
@@ -174,14 +174,14 @@ impl Sounding {
             if wanted.bodies.iter().any(|b| b.name() == place.name) {
                 let all = bodies.places.iter().map(|p| count(p.body)).sum();
                 let rail = bodies.unique.get(place.body).is_some_and(|body| body.kind() == Kind::Rail);
-                parts.push((place.name, place.body, Channels::of(rail, place.side, (columns, all))));
+                parts.push((place.name, place.body, Channels::new(rail, place.side, (columns, all))));
             }
         }
         let bands = bands_of((key, wanted), bodies, modes)?;
         let mut made: Vec<(usize, Radiation)> = Vec::new();
         for (_, body, channels) in &parts {
             if made.iter().all(|m| m.0 != *body) {
-                let given = Given::of(world, bodies, *body, (bands, air(wanted)))?;
+                let given = RadiationInput::new(world, bodies, *body, (bands, air(wanted)))?;
                 made.push((*body, given.within(channels.columns.len(), bands)));
             }
         }
@@ -196,7 +196,7 @@ impl Sounding {
     }
 
     /// Quantities of a motion to be recorded.
-    pub fn heard(&self) -> AmplitudeRecord {
+    pub fn quantities(&self) -> AmplitudeRecord {
         self.heard
     }
 

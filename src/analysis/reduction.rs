@@ -117,7 +117,7 @@ impl Reduction {
     }
 
     /// On rank 0: the reduction to `model`.
-    pub fn of(model: ReducedModel) -> Self {
+    pub fn from_model(model: ReducedModel) -> Self {
         Self { root: Some(looked_through(model)), approximate: false }
     }
 

@@ -227,7 +227,7 @@ impl<'s> RunState<'s> {
         };
         let made = there.is_none();
         let model = match there {
-            Some(there) => there.and_then(|r| r.model).map_or_else(Reduction::elsewhere, Reduction::of),
+            Some(there) => there.and_then(|r| r.model).map_or_else(Reduction::elsewhere, Reduction::from_model),
             None => Reduction::build(world, job, contact, &self.bodies, &self.modes, run.progress)?,
         };
         // Of bodies that were made the contact was examined before.
@@ -279,7 +279,7 @@ impl<'s> RunState<'s> {
         let transient = run.job.analyses.transient.as_ref().filter(|t| t.model == TransientModel::Full);
         let begun = transient.and_then(|t| t.start.mode).filter(|_| !run.options.resume);
         if let (Some(full), Some(number)) = (full, begun) {
-            self.beside = Some(Beside::of(run.world(), full, number)?);
+            self.beside = Some(Beside::nearest_to(run.world(), full, number)?);
         }
         Ok(())
     }
@@ -293,7 +293,7 @@ impl<'s> RunState<'s> {
         };
         let model = self.model.as_ref().ok_or_else(no_model)?;
         let segments = run.segments.clone();
-        let kept = run.file.kept().map(std::path::Path::to_owned);
+        let kept = run.file.kept_file().map(std::path::Path::to_owned);
         let inputs = Inputs {
             job,
             given: run.given,

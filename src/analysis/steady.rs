@@ -11,7 +11,7 @@ use crate::case::wheel_rail_geometry;
 use crate::contact::consistent::{ConsistentSolution, ConsistentSteady};
 use crate::contact::SteadySolution;
 use crate::grid::{ContactGrid, Interface, Transfer};
-use crate::job::{self, Compliance, Job, Quadrature};
+use crate::job::{self, Compliance, ContactWheels, Job, Quadrature, TrackSide};
 use crate::model::CoupledModel;
 use crate::output::datasets::contact::{consistent, tables};
 use crate::output::{averaged, contact_fields, GridPatch, PointField, ResultFile, Table};
@@ -162,11 +162,16 @@ fn summarise(contact: &job::Contact, (s, r): (&Interface, &SteadySolution), summ
     summary.line("steady rolling");
     for (number, (one, resultant)) in contact.all().zip(&r.patches).enumerate() {
         if r.patches.len() > 1 {
-            let place = one.placement.as_ref().and_then(|p| p.touch_near).unwrap_or_default();
+            let place = one.placement.as_ref().and_then(|p| p.touch_near);
+            let place = place.map_or(String::new(), |y| format!(" at y = {:.2} mm of the wheel's profile", 1e3 * y));
+            let wheel = match (contact.wheels, one.side()) {
+                (ContactWheels::One, _) => "",
+                (_, TrackSide::Left) => " of the left-hand wheel",
+                (_, TrackSide::Right) => " of the right-hand wheel",
+            };
             summary.line(format!(
-                "contact {} at y = {:.2} mm of the wheel's profile, contact angle {:.2} degrees",
+                "contact {}{wheel}{place}, contact angle {:.2} degrees",
                 number + 1,
-                1e3 * place,
                 one.angle.to_degrees()
             ));
         }

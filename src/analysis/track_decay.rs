@@ -25,7 +25,7 @@ pub fn run(run: &mut Run) -> Result<()> {
     };
     let EndlessRail { name, rail, spacing } = found;
     let spacing = wanted.spacing.unwrap_or(spacing);
-    let bands = Bands::of(BANDS[0], BANDS[1]);
+    let bands = Bands::spanning(BANDS[0], BANDS[1]);
     let positions: Vec<f64> = POSITIONS.iter().map(|bay| bay * spacing).collect();
     let mine = squares(&rail, wanted, &positions, (&bands, world.rank, world.size));
     let mine = world.agree(mine.map_err(|e| e.context(format!("bodies.{name}.track"))))?;

@@ -169,7 +169,12 @@ impl AveragedTrace {
 
     /// Collective: ψ̂ = Γ⁻¹⟨ωπ, φ⟩ of `count` modes, `[9T, count]` on rank 0; `mode(k)` are this rank's degrees of
     /// freedom.
-    pub fn seen<'v>(&self, world: &World, count: usize, mode: impl Fn(usize) -> &'v [f64]) -> Option<Mat<f64>> {
+    pub fn averaged_modes<'v>(
+        &self,
+        world: &World,
+        count: usize,
+        mode: impl Fn(usize) -> &'v [f64],
+    ) -> Option<Mat<f64>> {
         let (patches, trace) = self.discs.first()?;
         let moments: Vec<f64> = patches.iter().flat_map(Patch::moments).collect();
         let rows = trace.gather(world, count, mode)?;

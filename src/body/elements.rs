@@ -173,7 +173,7 @@ impl Body for Elements<'_> {
         let found = modes::compute(self.petsc, &self.fe, &mut *self.solver()?, extent, self.eigen, steps)?;
         let (omega, residual) = (found.omega.clone(), found.residual.clone());
         let rows = self.fe.contact_modes(world, &found);
-        let seen = self.fe.means.as_ref().and_then(|m| m.seen(world, omega.len(), |k| &found.vectors[k]));
+        let seen = self.fe.means.as_ref().and_then(|m| m.averaged_modes(world, omega.len(), |k| &found.vectors[k]));
         if let (Some(hybrid), Some(seen)) = (&mut self.hybrid, seen) {
             hybrid.of_modes(&omega, &seen);
         }
@@ -206,7 +206,7 @@ impl Body for Elements<'_> {
             return hybrid.response(world, &self.fe.name, forces);
         }
         let motion = self.fe.response(world, &mut *self.solver()?, forces)?;
-        Ok(self.fe.trace.at(world, &motion))
+        Ok(self.fe.trace.project(world, &motion))
     }
 
     fn shapes(&self) -> Option<&BodyModes> {
@@ -324,7 +324,7 @@ impl Fields for Elements<'_> {
     }
 
     fn at_contact(&self, motion: &[f64]) -> Vec<f64> {
-        self.fe.trace.at(self.petsc.world(), motion)
+        self.fe.trace.project(self.petsc.world(), motion)
     }
 
     fn node_motion(&self, contact_modes: Option<MatRef<'_, f64>>, node: Option<usize>) -> Result<NodeRecovery> {

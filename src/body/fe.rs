@@ -135,7 +135,7 @@ impl FeBody {
     /// support.
     fn first_of(&self, node: usize) -> Option<usize> {
         let first = self.dofs.local[node];
-        (first != FIXED).then(|| (first - self.dofs.begin()) as usize)
+        (first != FIXED).then(|| (first - self.dofs.first()) as usize)
     }
 
     /// Collective: a vector of this rank's degrees of freedom at an owned node, given on the rank that owns it; (x,
@@ -165,7 +165,7 @@ impl FeBody {
     /// supports.
     pub fn at_nodes(&self, world: &World, u: &[f64]) -> Vec<[f64; 3]> {
         let fetched = self.ghosts.fetch(world, u);
-        let begin = self.dofs.begin();
+        let begin = self.dofs.first();
         let value = |dof: u64| match self.ghosts.ghosts().binary_search(&dof) {
             Ok(at) => fetched[at],
             Err(_) => u[(dof - begin) as usize],

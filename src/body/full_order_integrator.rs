@@ -165,7 +165,7 @@ impl<'a> FullOrderIntegrator<'a> {
         self.change = now.cv.iter().zip(&now.ku).zip(&now.kv).map(force).collect();
         self.factor.borrow_mut().solve(&mut self.change, 1)?;
         let (u, v) = self.end(&self.change);
-        Ok([self.trace.at(self.world, &u), self.trace.at(self.world, &v)])
+        Ok([self.trace.project(self.world, &u), self.trace.project(self.world, &v)])
     }
 
     /// u⁺ and v⁺ of a change of the velocities.
@@ -212,6 +212,6 @@ impl<'a> FullOrderIntegrator<'a> {
 
     /// Collective: displacements and velocities of the contact rows, m and m/s, `[3n]` on rank 0.
     pub fn at_contact(&self) -> [Vec<f64>; 2] {
-        [&self.now.u, &self.now.v].map(|x| self.trace.at(self.world, x))
+        [&self.now.u, &self.now.v].map(|x| self.trace.project(self.world, x))
     }
 }

@@ -173,7 +173,7 @@ impl Hybrid {
             let mut all = b.clone();
             for (c, &patch) in set.iter().enumerate() {
                 let load = HalfSpaceLoad { patch, shear: self.half_space.shear(), poisson: self.half_space.poisson };
-                let (known, moments, own) = (load.whole(), patch.moments(), pair_of(b.as_ref(), [c, c]));
+                let (known, moments, own) = (load.sum(), patch.moments(), pair_of(b.as_ref(), [c, c]));
                 let less = |i: usize, j: usize| own[i][j] - known[i][j] / (moments[i] * moments[j]);
                 put(&mut all, [c, c], &std::array::from_fn(|i| std::array::from_fn(|j| less(i, j))));
             }

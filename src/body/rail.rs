@@ -9,11 +9,11 @@ use super::modes::Extent;
 use super::{Body, ContactSpec, Kind, ModeLabel, ProgressFn, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
-use crate::swept::modes::{below, by_orders, limit_of, of_order, seen};
+use crate::swept::modes::{below, by_orders, contact_functions, limit_of, of_order};
 use crate::swept::waves::{self, Damping, Member, RailMode};
 use crate::swept::{
-    family_shares, infinite, turned, DiscreteSupports, DisplayMesh, Forms, HeadPoint, Infinite, LineLoad, PictureModes,
-    Seen,
+    family_shares, infinite, turned, ContactModeData, DiscreteSupports, DisplayMesh, Forms, HeadPoint, Infinite,
+    LineLoad, PictureModes,
 };
 use crate::swept::{SectionContact, Track, LOADS};
 use crate::{Error, Result};
@@ -148,7 +148,7 @@ impl<'w> Rail<'w> {
     /// Loads of an order at each contact.
     fn loads(&self, contacts: &[SectionContact], n: usize) -> Vec<LineLoad> {
         let circles = self.contact.circles().into_iter();
-        circles.zip(contacts).map(|(patch, contact)| LineLoad::at(&self.forms, patch, n, contact)).collect()
+        circles.zip(contacts).map(|(patch, contact)| LineLoad::for_contact(&self.forms, patch, n, contact)).collect()
     }
 
     /// Modes of an order that are motions of the track alone: sleepers that are spread evenly have their three at
@@ -165,7 +165,7 @@ impl<'w> Rail<'w> {
             let n = orders[world.rank];
             let mine = world.agree(below(&self.forms, n, limit))?;
             let mine = if mine > self.idle() { mine } else { 0 };
-            let all = world.all_gather(&[(Seen::families(n) * mine) as u64]);
+            let all = world.all_gather(&[(ContactModeData::families(n) * mine) as u64]);
             Ok(all.into_iter().map(|found| found as usize).collect())
         })?;
         Ok(all.iter().sum())
@@ -181,7 +181,7 @@ impl<'w> Rail<'w> {
             let n = orders[world.rank];
             steps(found, 0);
             let loads = self.loads(&contacts, n);
-            let mine = of_order(forms, n, limit).map(|modes| RailMode::of(forms, modes, &loads));
+            let mine = of_order(forms, n, limit).map(|modes| RailMode::new(forms, modes, &loads));
             let all = RailMode::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))?;
             found += all.iter().map(size).sum::<usize>();
             Ok(all)
@@ -201,7 +201,7 @@ impl<'w> Rail<'w> {
         let contacts = self.contacts();
         let contact = by_ranks(self.world, &counts, LOADS * contacts.len(), |k| {
             let RailMode { order, vectors, .. } = &turned[k];
-            seen(vectors.as_ref(), &self.loads(&contacts, *order))
+            contact_functions(vectors.as_ref(), &self.loads(&contacts, *order))
         });
         let all = turned.into_iter().zip(contact).map(|(wave, contact)| RailMode { contact, ..wave }).collect();
         Some((found, all))
@@ -301,7 +301,7 @@ fn members(all: &[RailMode]) -> Vec<Member> {
     let mut list: Vec<Member> = Vec::new();
     for (of, wave) in all.iter().enumerate() {
         for index in 0..wave.omega.len() {
-            list.extend((0..Seen::families(wave.order)).map(|family| (of, index, family)));
+            list.extend((0..ContactModeData::families(wave.order)).map(|family| (of, index, family)));
         }
     }
     list.sort_by(|a, b| all[a.0].omega[a.1].total_cmp(&all[b.0].omega[b.1]));

@@ -36,7 +36,7 @@ impl RigidMotions {
         };
         let moving: Vec<Vec<f64>> = (0..6).map(|k| of_nodes(k, true)).collect();
         let clamped: Vec<Vec<f64>> = (0..6).map(|k| of_nodes(k, false)).collect();
-        let own = dofs.begin()..dofs.begin() + dofs.owned() as u64;
+        let own = dofs.first()..dofs.first() + dofs.owned() as u64;
         let held: Vec<usize> =
             effect.held.iter().filter(|d| own.contains(d)).map(|d| (d - own.start) as usize).collect();
         let at_held: Vec<Vec<f64>> = moving.iter().map(|m| held.iter().map(|&d| m[d]).collect()).collect();

@@ -237,7 +237,7 @@ pub fn of_revolution(world: &World, body: &FeBody, axis: Axis) -> Result<()> {
         }
     }
     for springs in &body.effect.springs {
-        let first_dof = body.dofs.begin();
+        let first_dof = body.dofs.first();
         for (node, place) in part.coords[..part.owned].iter().enumerate() {
             let first_of = body.dofs.local[node];
             if first_of == crate::fem::dofs::FIXED {

@@ -55,7 +55,7 @@ pub struct Effect {
 impl Effect {
     /// Sets what is clamped to 0, of a vector of this rank's degrees of freedom.
     pub fn clear(&self, dofs: &DofMap, vector: &mut [f64]) {
-        let own = dofs.begin()..dofs.begin() + dofs.owned() as u64;
+        let own = dofs.first()..dofs.first() + dofs.owned() as u64;
         self.held.iter().filter(|d| own.contains(d)).for_each(|d| vector[(d - own.start) as usize] = 0.0);
     }
 }

@@ -15,8 +15,10 @@ use super::rotation::ModalRotation;
 use super::{Body, ContactSpec, Kind, ProgressFn, TraceModes};
 use crate::fem::Material;
 use crate::parallel::World;
-use crate::swept::modes::{below, by_orders, limit_of, of_order, seen};
-use crate::swept::{family_shares, turned, Attachment, EdgeSprings, Forms, Given, LineLoad, Prestress, Seen, LOADS};
+use crate::swept::modes::{below, by_orders, contact_functions, limit_of, of_order};
+use crate::swept::{
+    family_shares, turned, Attachment, ContactModeData, EdgeSprings, Forms, LineLoad, Prestress, SectionSource, LOADS,
+};
 use crate::swept::{
     Bearing, DisplayMesh, Mirror, OrderModes, Outline, OutlineModes, PictureModes, RunningPlace, SectionContact,
 };
@@ -34,7 +36,7 @@ const BEYOND: usize = 4;
 #[derive(Debug, Clone)]
 pub struct RevolvedSpec<'a> {
     /// Its section.
-    pub section: Given,
+    pub section: SectionSource,
     /// Its material.
     pub material: Material,
     /// Groups of the section that are clamped.
@@ -58,7 +60,7 @@ pub struct RevolvedSpec<'a> {
 pub struct Swept<'w> {
     world: &'w World,
     name: String,
-    making: Given,
+    making: SectionSource,
     /// Meshed for the modes.
     forms: Rc<Forms>,
     fixed: Vec<String>,
@@ -95,7 +97,7 @@ pub struct ModeSpectrum {
     springs: Vec<EdgeSprings>,
     rotates: bool,
     extent: Extent,
-    all: Vec<Seen>,
+    all: Vec<ContactModeData>,
     /// How many of them are kept.
     keep: usize,
 }
@@ -158,7 +160,7 @@ impl<'w> Swept<'w> {
     /// Loads of an order at each contact.
     fn loads(&self, contacts: &[SectionContact], n: usize) -> Vec<LineLoad> {
         let circles = self.contact.circles().into_iter();
-        circles.zip(contacts).map(|(patch, contact)| LineLoad::at(&self.forms, patch, n, contact)).collect()
+        circles.zip(contacts).map(|(patch, contact)| LineLoad::for_contact(&self.forms, patch, n, contact)).collect()
     }
 
     /// Angle of the frame of each contact against that of its loads on the section, rad.
@@ -200,7 +202,7 @@ impl<'w> Swept<'w> {
             |orders| {
                 let n = orders[world.rank];
                 let mine = world.agree(below(&self.forms, n, limit))?;
-                let all = world.all_gather(&[(Seen::families(n) * mine) as u64]);
+                let all = world.all_gather(&[(ContactModeData::families(n) * mine) as u64]);
                 Ok(all.into_iter().map(|found| found as usize).collect())
             },
         )?;
@@ -208,10 +210,10 @@ impl<'w> Swept<'w> {
     }
 
     /// Collective: what contact and rotation see of all modes up to ω = `limit`, rad/s.
-    fn up_to(&self, limit: f64, prestress: Option<&Prestress>, steps: &mut ProgressFn) -> Result<Vec<Seen>> {
+    fn up_to(&self, limit: f64, prestress: Option<&Prestress>, steps: &mut ProgressFn) -> Result<Vec<ContactModeData>> {
         let (world, forms) = (self.world, &self.forms);
         let contacts = self.contacts();
-        let size = |seen: &Seen| seen.omega.len();
+        let size = |seen: &ContactModeData| seen.omega.len();
         let mut found = 0;
         by_orders(world.size, size, |orders| {
             let n = orders[world.rank];
@@ -220,15 +222,15 @@ impl<'w> Swept<'w> {
             let nodes = self.outline.as_ref().map_or(&[][..], |o| &o.outline.nodes);
             let seen = |mut modes| {
                 let parity = self.mirror.as_ref().map(|mirror| mirror.separate(forms, &mut modes));
-                let seen = Seen::of(forms, &modes, &loads, prestress).with_outline(forms, &modes, nodes);
+                let seen = ContactModeData::new(forms, &modes, &loads, prestress).with_outline(forms, &modes, nodes);
                 match parity {
                     Some(parity) => seen.with_parity(parity),
                     None => seen,
                 }
             };
             let mine = of_order(forms, n, limit).map(seen);
-            let all = Seen::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))?;
-            found += all.iter().map(Seen::count).sum::<usize>();
+            let all = ContactModeData::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))?;
+            found += all.iter().map(ContactModeData::count).sum::<usize>();
             Ok(all)
         })
     }
@@ -236,7 +238,7 @@ impl<'w> Swept<'w> {
 
 impl Swept<'_> {
     /// Collective: the modes up to `extent` found by another body, where these are those of this one.
-    fn found_elsewhere(&self, extent: Extent) -> Option<(Rc<ModeSpectrum>, Vec<Seen>)> {
+    fn found_elsewhere(&self, extent: Extent) -> Option<(Rc<ModeSpectrum>, Vec<ContactModeData>)> {
         let found = self.found.clone()?;
         let same = found.extent == extent && found.rotates == self.rotates;
         let held = found.fixed == self.fixed && found.springs == self.springs;
@@ -246,21 +248,22 @@ impl Swept<'_> {
         let counts: Vec<usize> = found.all.iter().map(|of| of.omega.len()).collect();
         let contacts = self.contacts();
         let contact = by_ranks(self.world, &counts, LOADS * contacts.len(), |k| {
-            let Seen { order, vectors, .. } = &found.all[k];
-            seen(vectors.as_ref(), &self.loads(&contacts, *order))
+            let ContactModeData { order, vectors, .. } = &found.all[k];
+            contact_functions(vectors.as_ref(), &self.loads(&contacts, *order))
         });
-        let all = found.all.iter().zip(contact).map(|(of, contact)| Seen { contact, ..of.clone() }).collect();
+        let all =
+            found.all.iter().zip(contact).map(|(of, contact)| ContactModeData { contact, ..of.clone() }).collect();
         Some((found, all))
     }
 
     /// Collective: the modes up to `extent`, and how many of them are kept.
-    fn anew(&self, extent: Extent, steps: &mut ProgressFn) -> Result<(Vec<Seen>, usize)> {
+    fn anew(&self, extent: Extent, steps: &mut ProgressFn) -> Result<(Vec<ContactModeData>, usize)> {
         let prestress = if self.rotates { Some(self.forms.centrifugal()?) } else { None };
         let mut up_to = |limit: f64| self.up_to(limit, prestress.as_ref(), steps);
         match extent {
             Extent::MaxFrequency(f) => {
                 let all = up_to(2.0 * PI * f)?;
-                let keep = all.iter().map(Seen::count).sum();
+                let keep = all.iter().map(ContactModeData::count).sum();
                 Ok((all, keep))
             }
             Extent::Count(count) => {
@@ -282,7 +285,7 @@ impl Swept<'_> {
 /// A mode of one family among those of its order.
 #[derive(Debug, Clone, Copy)]
 struct Member<'s> {
-    of: &'s Seen,
+    of: &'s ContactModeData,
     index: usize,
     /// 0: (U cos nθ, V sin nθ, W cos nθ); 1: (U sin nθ, −V cos nθ, W sin nθ).
     family: usize,
@@ -302,11 +305,11 @@ impl Member<'_> {
 }
 
 /// Modes of all orders and families, ascending.
-fn members(all: &[Seen]) -> Vec<Member<'_>> {
+fn members(all: &[ContactModeData]) -> Vec<Member<'_>> {
     let mut list: Vec<Member> = Vec::new();
     for of in all {
         for index in 0..of.omega.len() {
-            list.extend((0..Seen::families(of.order)).map(|family| Member { of, index, family }));
+            list.extend((0..ContactModeData::families(of.order)).map(|family| Member { of, index, family }));
         }
     }
     // The families of a pair stay beside each other.
@@ -325,7 +328,7 @@ fn on_outline(list: &[Member]) -> Vec<OrderModes> {
         OrderModes {
             order,
             motion: Mat::from_fn(rows, kept.len(), |i, j| kept[j].of.outline[(i, kept[j].index)]),
-            places: (0..Seen::families(order)).map(|f| mine(f).map(|(place, _)| place).collect()).collect(),
+            places: (0..ContactModeData::families(order)).map(|f| mine(f).map(|(place, _)| place).collect()).collect(),
         }
     };
     orders.into_iter().map(of).collect()
@@ -486,86 +489,4 @@ impl Body for Swept<'_> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::body::ModeLabel;
-    use crate::swept::RotationBlocks;
-
-    fn seen(order: usize, omega: &[f64]) -> Seen {
-        let m = omega.len();
-        let rotation = RotationBlocks {
-            coupling: Mat::from_fn(m, m, |i, j| match order {
-                0 => i as f64 - j as f64,
-                n => (n + i + j) as f64,
-            }),
-            stiffness: Mat::from_fn(m, m, |i, j| -((i + j) as f64)),
-        };
-        let contact = Mat::from_fn(LOADS, m, |c, k| (1 + k + c) as f64);
-        let shares = (0..m).map(|k| if k % 2 == 0 { [0.1, 0.2, 0.7] } else { [0.6, 0.3, 0.1] }).collect();
-        let outline = Mat::from_fn(2, m, |i, j| (10 * order + 2 * j + i) as f64);
-        Seen {
-            order,
-            omega: omega.to_vec(),
-            residual: vec![0.0; m],
-            shares,
-            contact,
-            rotation,
-            stored: vec![0.0; m],
-            lost: Mat::zeros(m, m),
-            viscous: Mat::from_fn(m, m, |i, j| (i * j) as f64),
-            parity: vec![0.0; m],
-            bearings: Mat::zeros(0, m),
-            outline,
-            vectors: Mat::zeros(0, m),
-        }
-    }
-
-    /// Modes on the outline, by orders, with their places in the list, and their transfer between ranks.
-    #[test]
-    fn modes_on_the_outline_know_their_places() {
-        let all = [seen(0, &[5.0, 9.0]), seen(2, &[4.0, 9.0])];
-        let numbers: Vec<f64> = all.iter().flat_map(Seen::to_numbers).collect();
-        assert_eq!(Seen::from_numbers(&numbers).expect("modes"), all);
-        let mut list = members(&all);
-        list.truncate(3);
-        let found = on_outline(&list);
-        assert_eq!((found[0].order, found[0].places.clone()), (0, vec![vec![2]]));
-        assert_eq!((found[1].order, found[1].places.clone()), (2, vec![vec![0], vec![1]]));
-        assert_eq!((found[0].motion.ncols(), found[0].motion[(1, 0)]), (1, 1.0));
-        assert_eq!((found[1].motion.ncols(), found[1].motion[(0, 0)]), (1, 20.0));
-        assert_eq!(on_outline(&members(&all))[1].motion[(1, 1)], 23.0);
-    }
-
-    /// Families stand beside each other, turned by 90°: the contact sees one of them along y and n, the other along
-    /// x; G and D′ are skew and couple the two families of an order, order 0 within itself.
-    #[test]
-    fn pairs_at_the_contact_and_in_rotation() {
-        let all = [seen(0, &[5.0, 9.0]), seen(2, &[4.0, 9.0])];
-        let list = members(&all);
-        let omega: Vec<f64> = list.iter().map(Member::omega).collect();
-        assert_eq!(omega, [4.0, 4.0, 5.0, 9.0, 9.0, 9.0]);
-        assert_eq!(list[0].seen(0, 0.0), [0.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0, 8.0, 9.0]);
-        assert_eq!(list[1].seen(0, 0.0), [1.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0, 0.0, 0.0]);
-        // A quarter of the circle ahead the families of two nodal diameters are each the other way round.
-        assert!(list[0].seen(0, 0.5 * PI).iter().zip(list[0].seen(0, 0.0)).all(|(a, b)| (a + b).abs() < 1e-14));
-        let eighth = list[0].seen(0, 0.25 * PI);
-        assert!(eighth.iter().zip(list[1].seen(0, 0.0)).all(|(a, b)| (a + b).abs() < 1e-14), "{eighth:?}");
-        assert_eq!(list[2].seen(0, 0.7), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
-        let named: Vec<String> = names(&all, &list).iter().map(ModeLabel::to_string).collect();
-        assert_eq!(named[..3], ["(2, axial 0)", "(2, axial 0)", "(0, axial 0)"]);
-        assert_eq!(named[3..].iter().filter(|n| **n == "(2, radial 0)").count(), 2, "{named:?}");
-        let r = rotation(&list);
-        for i in 0..6 {
-            for j in 0..6 {
-                assert_eq!(r.gyroscopic[(i, j)], -r.gyroscopic[(j, i)]);
-                assert_eq!(r.derivative[(i, j)], -r.derivative[(j, i)]);
-                assert_eq!(r.stiffness[(i, j)], r.stiffness[(j, i)]);
-            }
-        }
-        // φsᵀMDφc = −g, and G twice that.
-        assert_eq!((r.gyroscopic[(1, 0)], r.gyroscopic[(0, 1)]), (-4.0, 4.0));
-        assert_eq!((r.gyroscopic[(2, 3)], r.gyroscopic[(2, 4)]), (-2.0, 0.0));
-        assert_eq!(r.diameters(), [2.0, 2.0, 0.0, 0.0, 2.0, 2.0]);
-        assert_eq!((r.stiffness[(0, 4)], r.stiffness[(0, 5)], r.stiffness[(4, 4)]), (-1.0, 0.0, -2.0));
-    }
-}
+mod tests;

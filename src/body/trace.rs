@@ -197,7 +197,7 @@ impl Trace {
     }
 
     /// Collective: P u of a vector of this rank's degrees of freedom, `[3n]` on rank 0, empty elsewhere.
-    pub fn at(&self, world: &World, u: &[f64]) -> Vec<f64> {
+    pub fn project(&self, world: &World, u: &[f64]) -> Vec<f64> {
         self.gather(world, 1, |_| u).map_or(Vec::new(), |rows| rows.col(0).iter().copied().collect())
     }
 

@@ -3,7 +3,7 @@
 use super::bodies::material_of;
 use crate::fem::Material;
 use crate::job::{self, AbsorberDirection, AbsorberPlace, Job, MeshSource, NamedPlace};
-use crate::swept::{Attachment, Given, Wire};
+use crate::swept::{Attachment, SectionSource, Wire};
 use crate::{Error, Result};
 use std::f64::consts::PI;
 
@@ -23,7 +23,7 @@ pub(crate) struct Carried {
 }
 
 /// Absorbers and ring dampers of the body `name` with its section. An error names what does not fit the wheel.
-pub(crate) fn carried(name: &str, body: &job::Body, section: &Given) -> Result<Carried> {
+pub(crate) fn carried(name: &str, body: &job::Body, section: &SectionSource) -> Result<Carried> {
     if body.absorbers.is_empty() && body.ring_dampers.is_empty() {
         return Ok(Carried::default());
     }
@@ -108,11 +108,11 @@ pub(crate) fn carried(name: &str, body: &job::Body, section: &Given) -> Result<C
 }
 
 /// Place (r, y) in the coordinates of a job, m.
-fn place_of(place: &AbsorberPlace, section: &Given) -> Result<[f64; 2]> {
+fn place_of(place: &AbsorberPlace, section: &SectionSource) -> Result<[f64; 2]> {
     match (place, section) {
         (AbsorberPlace::At(at), _) => Ok([at.radius, at.y]),
-        (AbsorberPlace::Named(NamedPlace::Rim), Given::Wheel(wheel)) => Ok(wheel.shape.inside_of_rim()),
-        (AbsorberPlace::Named(NamedPlace::Web), Given::Wheel(wheel)) => Ok(wheel.shape.middle_of_web()),
+        (AbsorberPlace::Named(NamedPlace::Rim), SectionSource::Wheel(wheel)) => Ok(wheel.shape.inside_of_rim()),
+        (AbsorberPlace::Named(NamedPlace::Web), SectionSource::Wheel(wheel)) => Ok(wheel.shape.middle_of_web()),
         (AbsorberPlace::Named(_), _) => Err(Error::Defect("a place by name on a section without names".into())),
     }
 }

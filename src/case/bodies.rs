@@ -1,7 +1,7 @@
 //! The bodies of a job: meshed on rank 0, compared, distributed and assembled. Mirror images are built once.
 
 use super::meshes::{Meshed, Meshes};
-use super::positioned_mesh::seen;
+use super::positioned_mesh::in_contact_frame;
 use super::surfaces;
 use crate::body::averaged_trace::MeshContact;
 use crate::body::elements::{Elements, Method};
@@ -60,7 +60,7 @@ impl Place {
     /// along x and y of the contact.
     pub fn on_mesh(&self, vectors: &[[f64; 2]]) -> Vec<[f64; 3]> {
         let tilt = self.grid().and_then(|g| g.transfer.as_ref()).map_or(0.0, Transfer::tilt);
-        vectors.iter().map(|&[x, y]| seen([x, y, 0.0], -tilt)).collect()
+        vectors.iter().map(|&[x, y]| in_contact_frame([x, y, 0.0], -tilt)).collect()
     }
 
     /// The place of a body without a mesh, that with the index `body`.
@@ -110,7 +110,7 @@ impl<'p> Bodies<'p> {
         progress.stage("meshing");
         let given = job.bodies();
         let meshed = world
-            .on_root(|| given.iter().map(|(name, body)| meshes.of(job, name, body)).collect::<Result<Vec<_>>>())?;
+            .on_root(|| given.iter().map(|(name, body)| meshes.mesh(job, name, body)).collect::<Result<Vec<_>>>())?;
         // Two bodies that are mirror images are one in lower form: same mesh, material and supports.
         let same = given.len() == 2 && {
             let described = given[0].1.material == given[1].1.material

@@ -1,7 +1,8 @@
-//! The places where a wheel carries load on its rail under a vertical force, as contacts of a job.
+//! The places where a wheel carries load on its rail under a vertical force, and those of both wheels of a wheelset, as
+//! contacts of a job.
 
 use super::wheel_rail_geometry::{description, material, profile};
-use crate::job::{self, ContactPlaces, Job};
+use crate::job::{self, ContactPlaces, ContactWheels, Job, TrackSide};
 use crate::parallel::World;
 use crate::placement::read::ProfileKind;
 use crate::placement::{ContactPlace, Ellipse, MovableWheel, Press};
@@ -18,10 +19,26 @@ const HALVINGS: usize = 80;
 /// Position on the wheel's profile, m, and an estimate of the normal force, N.
 type Loaded = [f64; 2];
 
+/// The same contact at the other wheel of its wheelset.
+fn at_other_wheel(contact: &job::Contact) -> job::Contact {
+    let mut other = contact.clone();
+    if let Some(placement) = &mut other.placement {
+        placement.side = match placement.side {
+            TrackSide::Left => TrackSide::Right,
+            TrackSide::Right => TrackSide::Left,
+        };
+    }
+    other
+}
+
 /// Collective: gives the contact of `job` a contact for each place that carries its vertical load, the heaviest first,
-/// if it asks for all of them and does not have them yet.
+/// or one at the other wheel, if it asks for them and does not have them yet.
 pub(crate) fn settle(world: &World, job: &mut Job) -> Result<()> {
-    let Some(contact) = &job.contact else { return Ok(()) };
+    let Some(contact) = &mut job.contact else { return Ok(()) };
+    if contact.wheels == ContactWheels::Both && contact.from.is_none() {
+        contact.further = vec![at_other_wheel(&job::Contact { further: Vec::new(), ..contact.clone() })];
+        return Ok(());
+    }
     let Some(load) = contact.vertical_load.filter(|_| contact.places == ContactPlaces::All) else { return Ok(()) };
     if contact.normal_load.is_some() {
         return Ok(());

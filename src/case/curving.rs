@@ -4,13 +4,14 @@ use super::wheel_rail_geometry::{material, profile};
 use crate::curving::{
     BogieData, BogieWheel, ContactForce, CreepLaw, CurveMotion, CurvingProblem, CurvingSolution, WHEELS,
 };
-use crate::job::{self, ContactPlaces, CreepForceLaw, Curve, Job, VehicleData, VehicleWheel};
+use crate::job::{self, ContactPlaces, ContactWheels, CreepForceLaw, Curve, Job, VehicleData, VehicleWheel};
 use crate::output::datasets::curving as datasets;
 use crate::output::Table;
 use crate::parallel::World;
 use crate::placement::read::ProfileKind;
 use crate::placement::{MovableWheel, Placement, Position, TrackSide};
 use crate::{Error, Result};
+use serde_json::json;
 
 /// A place of contact with less than this share of the load of its wheel is not told of.
 const NO_SHARE: f64 = 1e-4;
@@ -99,7 +100,7 @@ impl Curving {
     ///
     /// # Errors
     /// As [`CurvingProblem::solve`]; profiles that cannot be read.
-    pub fn of(job: &Job) -> Result<Self> {
+    pub fn from_job(job: &Job) -> Result<Self> {
         let (problem, notes) = problem(job)?;
         let solution = problem.solve()?;
         Ok(Self { problem, solution, notes })
@@ -124,11 +125,22 @@ impl Curving {
         contact.in_equilibrium = true;
     }
 
-    /// `contact` at the places of the wheel that it names, the one with the largest load first; those behind it only
-    /// where the job takes all places.
+    /// `contact` at the places of the wheel that it names, then, where the job takes both wheels, at those of the other
+    /// wheel of its axle.
     fn contacts(&self, contact: &job::Contact) -> Result<Vec<job::Contact>> {
         let missing = || Error::Defect("a contact of a curve without a wheel".into());
         let wheel = bogie_wheel(contact.from.ok_or_else(missing)?.wheel);
+        let mut all = self.contacts_of(contact, wheel)?;
+        if contact.wheels == ContactWheels::Both {
+            all.extend(self.contacts_of(contact, BogieWheel { inner: !wheel.inner, ..wheel })?);
+        }
+        Ok(all)
+    }
+
+    /// `contact` at the places of a wheel, the one with the largest load first; those behind it only where the job
+    /// takes all places.
+    fn contacts_of(&self, contact: &job::Contact, wheel: BogieWheel) -> Result<Vec<job::Contact>> {
+        let missing = || Error::Defect(format!("the {} wheel carries no load", wheel.name()));
         let mut places: Vec<&ContactForce> = self.solution.wheel(&self.problem, wheel).iter().collect();
         let total: f64 = places.iter().map(|place| place.normal).sum();
         places.sort_by(|a, b| b.normal.total_cmp(&a.normal));
@@ -209,8 +221,7 @@ impl Curving {
     }
 
     /// Warning of the place that is left out of the contact of a wheel with two.
-    fn left_out(&self, wheel: VehicleWheel) -> Option<String> {
-        let wheel = bogie_wheel(wheel);
+    fn left_out(&self, wheel: BogieWheel) -> Option<String> {
         let places = self.solution.wheel(&self.problem, wheel);
         let total: f64 = places.iter().map(|c| c.normal).sum();
         let heaviest = places.iter().max_by(|a, b| a.normal.total_cmp(&b.normal))?;
@@ -230,8 +241,11 @@ impl Curving {
 
     /// Warnings about the contact of `job`.
     pub fn warnings(&self, job: &Job) -> Vec<String> {
-        let wheel = job.contact.as_ref().filter(|c| c.places == ContactPlaces::One).and_then(|c| c.from);
-        wheel.and_then(|from| self.left_out(from.wheel)).into_iter().collect()
+        let Some(contact) = job.contact.as_ref().filter(|c| c.places == ContactPlaces::One) else { return Vec::new() };
+        let Some(wheel) = contact.from.map(|from| bogie_wheel(from.wheel)) else { return Vec::new() };
+        let other = BogieWheel { inner: !wheel.inner, ..wheel };
+        let both = contact.wheels == ContactWheels::Both;
+        [Some(wheel), both.then_some(other)].into_iter().flatten().filter_map(|wheel| self.left_out(wheel)).collect()
     }
 
     /// The group `/curving`, with the equilibria at the radii of `analyses.curving`.
@@ -266,7 +280,7 @@ impl Curving {
 /// through keep their stand-ins, and are refused by `settle` when they come up.
 ///
 /// # Errors
-/// As [`Curving::of`], for the job's own curve.
+/// As [`Curving::from_job`], for the job's own curve.
 pub fn resolve(world: &World, job: &mut Job) -> Result<()> {
     settle(world, job)?;
     super::contact_places::settle(world, job)?;
@@ -307,8 +321,8 @@ fn needs_equilibrium(job: &Job) -> bool {
 /// Keys of a job on which the place of its contact in a curve depends.
 fn inputs(job: &Job) -> serde_json::Value {
     let body = |b: &Option<job::Body>| b.as_ref().map(|b| (b.profile.clone(), b.material.clone()));
-    let contact = job.contact.as_ref().map(|c| (c.from, c.places, c.friction.clone()));
-    serde_json::json!([job.curve, job.vehicle, contact, body(&job.bodies.lower), body(&job.bodies.upper)])
+    let contact = job.contact.as_ref().map(|c| (c.from, [json!(c.places), json!(c.wheels)], c.friction.clone()));
+    json!([job.curve, job.vehicle, contact, body(&job.bodies.lower), body(&job.bodies.upper)])
 }
 
 /// Collective: puts the contact of `job` where the wheel stands that it names, if it does not yet.
@@ -317,7 +331,7 @@ pub(crate) fn settle(world: &World, job: &mut Job) -> Result<()> {
         return Ok(());
     }
     let found = world.on_root(|| {
-        let curving = Curving::of(job)?;
+        let curving = Curving::from_job(job)?;
         let contacts = job.contact.as_ref().map_or(Ok(Vec::new()), |c| curving.contacts(c))?;
         serde_json::to_vec(&contacts).map_err(|e| Error::Defect(format!("contact in a curve: {e}")))
     })?;

@@ -18,7 +18,7 @@ pub struct Pictures<'a> {
 
 impl<'a> Pictures<'a> {
     /// Display meshes of the kinds that are `wanted`; the meshes are on rank 0.
-    pub fn of(world: &World, bodies: &'a Bodies, wanted: impl Fn(Kind) -> bool) -> Self {
+    pub fn new(world: &World, bodies: &'a Bodies, wanted: impl Fn(Kind) -> bool) -> Self {
         let of = |place: &'a Place| {
             let body = bodies.unique.get(place.body).filter(|b| wanted(b.kind()))?;
             let modes = body.picture()?;

@@ -65,7 +65,7 @@ impl LimitCyclePoint<'_> {
         let cycles = Cycles { branches: vec![branch], ..self.cycles.clone() };
         let mut all = text(own)?;
         all.extend(serde_json::to_vec(&cycles).map_err(|e| Error::Defect(format!("resolved job: {e}")))?);
-        all.extend(checkpoint::identity(&crate::transient::Model::of(self.model.1, self.model.0)).bytes());
+        all.extend(checkpoint::identity(&crate::transient::Model::new(self.model.1, self.model.0)).bytes());
         Ok(all)
     }
 
@@ -84,7 +84,7 @@ impl LimitCyclePoint<'_> {
         let rolling = TransientProblem { job: self.job, wanted: &transient, contact, model: self.model };
         let ready = rolling.ready()?;
         let model = ready.model(self.model.1);
-        let (rest, settings) = ready.begin(&model, &rolling)?;
+        let (rest, settings) = ready.initial_state(&model, &rolling)?;
         let nodes = [found.contact.nodes.len(), found.spectrum.sticking];
         let mode = found.spectrum.eigenpairs.iter().filter(|e| e.frequency() > 0.0).nth(self.mode);
         let unstable = found.spectrum.eigenpairs.first().is_some_and(|e| grows(e.value, e.backward_error));
@@ -96,7 +96,7 @@ impl LimitCyclePoint<'_> {
                 sum
             }
         });
-        let Some(mode) = mode else { return Ok(Outcome::rest(Cycle::rest(force, nodes, 0.0, harmonics))) };
+        let Some(mode) = mode else { return Ok(Outcome::rest(Cycle::at_rest(force, nodes, 0.0, harmonics))) };
         let small = moved(rest.clone(), self.model.1, mode, self.cycles.amplitude);
         let size = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
         let own = (small.clone(), 1.0 / mode.frequency());
@@ -126,7 +126,7 @@ impl LimitCyclePoint<'_> {
             };
             let followed = follow(&mut stepper, &rest, &search)?;
             time += followed.time;
-            if let (Some(mut cycle), true) = (Cycle::of(&followed), followed.fate != CycleOutcome::Rest) {
+            if let (Some(mut cycle), true) = (Cycle::from_followed(&followed), followed.fate != CycleOutcome::Rest) {
                 cycle.time = time;
                 let apart = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a - b).collect();
                 let period = followed.motion.as_ref().map_or(period, |(r, _)| r.period / r.crossings.max(1) as f64);
@@ -137,7 +137,7 @@ impl LimitCyclePoint<'_> {
                 return Ok(Outcome { cycle, motion: Some(motion), heard });
             }
         }
-        Ok(Outcome::rest(Cycle::rest(force, nodes, time, harmonics)))
+        Ok(Outcome::rest(Cycle::at_rest(force, nodes, time, harmonics)))
     }
 }
 

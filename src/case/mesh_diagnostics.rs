@@ -16,7 +16,7 @@ const NAMES: [&str; 3] = ["x", "y", "z"];
 
 /// Lines and warnings about the body `name`, whose mesh in lower form lies as `attitude` says; an error if its
 /// surface does not pass the contact point.
-pub(crate) fn of(
+pub(crate) fn diagnose(
     job: &Job,
     name: &str,
     body: &job::Body,
@@ -32,7 +32,7 @@ pub(crate) fn of(
     let side = if name == "upper" { "above" } else { "below" };
     let height = |z: f64| if name == "upper" { -z } else { z };
     let at = format!("bodies.{name}.mesh.file");
-    let axis = match (attitude.revolved, attitude.from_axis()) {
+    let axis = match (attitude.revolved, attitude.axis_distance()) {
         (Some(axis), Some(distance)) => {
             format!("axis of revolution along {}, {distance:.4} m from the contact point", NAMES[axis])
         }
@@ -43,7 +43,7 @@ pub(crate) fn of(
             let z = match grid {
                 Ok(grid) => on_grid(grid, &at, height)?,
                 Err(_) => {
-                    let faces = Faces::of(&meshed.mesh, "contact").map_err(|e| e.context(&at))?;
+                    let faces = Faces::from_group(&meshed.mesh, "contact").map_err(|e| e.context(&at))?;
                     beside(faces.ends(), faces.height([0.0; 2]), &at, height)?
                 }
             };

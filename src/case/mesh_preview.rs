@@ -2,7 +2,7 @@
 
 use super::meshes::Meshes;
 use super::positioned_mesh::upright;
-use super::surfaces::laid;
+use super::surfaces::surface_points;
 use super::wheel_rail_geometry::Placed;
 use crate::body::Side;
 use crate::job::{self, Job, MeshSource};
@@ -15,7 +15,7 @@ use std::collections::HashMap;
 pub fn surfaces(job: &Job, meshes: &Meshes) -> Result<Surfaces> {
     let mut all = Surfaces::default();
     // What cannot be placed is shown as it lies.
-    let placed = job.placement().and_then(|_| Placed::of(job).ok());
+    let placed = job.placement().and_then(|_| Placed::from_job(job).ok());
     let grid = match &placed {
         Some(placed) => Some(placed.grid_lines().map(<[f64]>::to_vec)),
         None => common(job, meshes),
@@ -40,13 +40,13 @@ pub fn surfaces(job: &Job, meshes: &Meshes) -> Result<Surfaces> {
         // A mesh that lies wrong is shown too, and has no grid.
         match (&grid, tilt) {
             (Some([x, y]), Some(tilt)) => {
-                if let Ok(nodes) = laid(&mesh, [x, y], tilt) {
+                if let Ok(nodes) = surface_points(&mesh, [x, y], tilt) {
                     all.common = [x.len(), y.len()];
                     all.contact.extend(nodes.into_iter().map(node));
                 }
             }
             (None, Some(_)) => {
-                let own = meshes.of(job, name, body).ok().and_then(|meshed| meshed.grid.clone());
+                let own = meshes.mesh(job, name, body).ok().and_then(|meshed| meshed.grid.clone());
                 if let Some(Ok(grid)) = own {
                     let nx = grid.x.len().max(1);
                     let places = grid.z.iter().enumerate().map(|(k, &z)| ([grid.x[k % nx], grid.y[k / nx], z], true));
@@ -73,7 +73,7 @@ fn common(job: &Job, meshes: &Meshes) -> Option<[Vec<f64>; 2]> {
     if !lower.is_meshed() || !upper.is_meshed() {
         return None;
     }
-    let both = [meshes.of(job, lower_name, lower).ok()?, meshes.of(job, upper_name, upper).ok()?];
+    let both = [meshes.mesh(job, lower_name, lower).ok()?, meshes.mesh(job, upper_name, upper).ok()?];
     super::surfaces::common(job, [&both[0], &both[1]]).ok()?
 }
 

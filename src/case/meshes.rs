@@ -35,7 +35,7 @@ pub struct Meshes {
 
 impl Meshes {
     /// The mesh of the body `name` of a job; that of a file is kept.
-    pub fn of(&self, job: &Job, name: &str, body: &job::Body) -> Result<Rc<Meshed>> {
+    pub fn mesh(&self, job: &Job, name: &str, body: &job::Body) -> Result<Rc<Meshed>> {
         let named = |e: Error| e.context(format!("bodies.{name}.mesh"));
         let on_grid = |mesh: Mesh, contact: bool, remarks: Vec<String>| {
             let grid = contact.then(|| ContactGrid::from_mesh(&mesh, "contact").map_err(named));
@@ -82,7 +82,7 @@ impl Meshes {
 
     /// The mesh of a body in lower form where the job puts it, whether or not there can be a contact: to be looked at.
     pub fn as_it_lies(&self, job: &Job, name: &str, body: &job::Body) -> Result<Mesh> {
-        let fitting = self.of(job, name, body);
+        let fitting = self.mesh(job, name, body);
         match (&body.mesh, fitting) {
             (_, Ok(meshed)) => Ok(meshed.mesh.clone()),
             (Some(MeshSource::File(file)), Err(_)) => {
@@ -211,7 +211,7 @@ mod tests {
             sets.push("contact.patch.half_length=0.2");
             let job = crate::job::example::two_cylinders(&sets);
             let lower = job.bodies.lower.clone().expect("a body");
-            Meshes::default().of(&job, "lower", &lower).map(drop)
+            Meshes::default().mesh(&job, "lower", &lower).map(drop)
         };
         let error = with("2").expect_err("it folds");
         assert_eq!(error.exit_code(), 2, "{error}");
@@ -238,7 +238,7 @@ mod tests {
         let job = Job::from_bytes(text.to_string().as_bytes(), &path, &[], None).expect("the job of the blocks");
         let meshes = Meshes::default();
         let all =
-            || job.bodies().into_iter().map(|(name, body)| meshes.of(&job, name, body)).collect::<Result<Vec<_>>>();
+            || job.bodies().into_iter().map(|(name, body)| meshes.mesh(&job, name, body)).collect::<Result<Vec<_>>>();
         let first = all().expect("two files");
         assert!(first.iter().all(|m| matches!(m.grid, Some(Ok(_)))));
         for file in ["block-lower.msh", "block-upper.msh"] {

@@ -46,7 +46,7 @@ fn forces(job: &Job, curving: &Curving, wheel: BogieWheel, place: &ContactForce)
     let mut here = job.clone();
     let contact = here.contact.as_mut().ok_or_else(missing)?;
     curving.put(contact, wheel, place);
-    let placed = Placed::of(&here)?;
+    let placed = Placed::from_job(&here)?;
     let interface = placed.interface()?;
     let half_space = |body: &Option<job::Body>| -> Result<HalfSpace> {
         let m = body.as_ref().ok_or_else(missing)?.elastic()?;

@@ -22,7 +22,7 @@ pub(crate) struct ContactSeat {
 
 /// Contact of the wheel of `job`, with the grid and the gap. For one rank: it reads the files of the profiles.
 pub(crate) fn contact_seat(job: &Job) -> Result<(ContactSeat, Interface)> {
-    let placed = Placed::of(job)?;
+    let placed = Placed::from_job(job)?;
     let seats = [placed.seat(Side::Lower.name())?, placed.seat(Side::Upper.name())?];
     Ok((ContactSeat { seats, radius: circle_radius(placed.grid_lines()) }, placed.interface()?))
 }
@@ -51,11 +51,11 @@ pub(crate) fn body_at<'p>(
     Ok(match &body.mesh {
         Some(MeshSource::Extruded(_)) => {
             let contact = rail::RailContact { at: Some(on_rail(seat, track)), lines: Some(lines), along: 0.0 };
-            Box::new(rail::told((world, &mut quiet), job, (name, body), &[contact])?)
+            Box::new(rail::build((world, &mut quiet), job, (name, body), &[contact])?)
         }
         Some(MeshSource::Revolved(_)) => {
-            let contact = swept::WheelContact { seat, lines: Some(lines), along: 0.0 };
-            Box::new(swept::wheel((world, &mut quiet), (name, body), track, &[contact])?)
+            let contact = swept::WheelContact { seat, side: track, lines: Some(lines), along: 0.0 };
+            Box::new(swept::wheel((world, &mut quiet), (name, body), &[contact])?)
         }
         _ => return Err(missing()),
     })

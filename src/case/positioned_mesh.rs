@@ -27,7 +27,7 @@ pub(crate) struct PositionedMesh {
 
 /// The vector `x` of an upright body, seen in the frame of the contact, which is turned against it by `tilt`, rad,
 /// about x.
-pub(crate) fn seen([x, y, z]: [f64; 3], tilt: f64) -> [f64; 3] {
+pub(crate) fn in_contact_frame([x, y, z]: [f64; 3], tilt: f64) -> [f64; 3] {
     let (s, c) = tilt.sin_cos();
     [x, c * y + s * z, c * z - s * y]
 }
@@ -35,7 +35,7 @@ pub(crate) fn seen([x, y, z]: [f64; 3], tilt: f64) -> [f64; 3] {
 /// An upright mesh as it is seen in the frame of the contact.
 pub(crate) fn tilted(mesh: &Mesh, tilt: f64) -> Mesh {
     let mut mesh = mesh.clone();
-    mesh.nodes.iter_mut().for_each(|p| *p = seen(*p, tilt));
+    mesh.nodes.iter_mut().for_each(|p| *p = in_contact_frame(*p, tilt));
     mesh
 }
 
@@ -52,7 +52,7 @@ pub(crate) fn upright(mesh: &Mesh, seat: Seat, side: TrackSide) -> Result<(Mesh,
         *x *= turn;
         *y = turn * *y - seat.y;
     });
-    let faces = Faces::of(&mesh, "contact")?;
+    let faces = Faces::from_group(&mesh, "contact")?;
     let height = faces.height([0.0; 2]).ok_or_else(|| {
         let [[x0, x1], [y0, y1]] = faces.ends();
         Error::Input(format!(
@@ -83,7 +83,7 @@ pub(crate) fn standing(
     radius: f64,
 ) -> Result<PositionedMesh> {
     let (mesh, height) = upright(mesh, seat, side)?;
-    let faces = Faces::of(&tilted(&mesh, seat.tilt), "contact")?;
+    let faces = Faces::from_group(&tilted(&mesh, seat.tilt), "contact")?;
     let half = lines.map(|line| 0.5 * (line[line.len() - 1] - line[0]));
     let (transfer, text) = if compliance == Compliance::Fe {
         let apart = lines.map(|line| line.windows(2).map(|w| w[1] - w[0]).fold(f64::INFINITY, f64::min));
@@ -100,7 +100,7 @@ pub(crate) fn standing(
 
 /// Fault in the axle of a wheel that turns, whose mesh stands.
 pub(crate) fn axle(body: &Body, standing: &PositionedMesh) -> Option<String> {
-    let attitude = Attitude::of(&standing.mesh);
+    let attitude = Attitude::from_mesh(&standing.mesh);
     let ([x, _, z], wanted) = (attitude.centre, standing.axle);
     match attitude.revolved {
         _ if !body.rotates() => None,
@@ -138,7 +138,7 @@ mod tests {
         };
         let (mut mesh, profile) = (build(&spec).expect("a ring"), builtin::rail_60e1().expect("a profile"));
         // Profiles have their z down.
-        mesh.nodes.iter_mut().for_each(|[_, y, z]| *z -= profile.at(*y).z * (1.0 + 2.0 * *z).clamp(0.0, 1.0));
+        mesh.nodes.iter_mut().for_each(|[_, y, z]| *z -= profile.local(*y).z * (1.0 + 2.0 * *z).clamp(0.0, 1.0));
         mesh
     }
 
@@ -150,7 +150,7 @@ mod tests {
     #[test]
     fn a_surface_moves_as_its_means_about_the_nodes_of_a_tilted_grid() {
         let (mesh, profile) = (head(), builtin::rail_60e1().expect("a profile"));
-        let seat = Seat { y: 0.008, z: -profile.at(0.008).z, tilt: -profile.at(0.008).slope.atan() };
+        let seat = Seat { y: 0.008, z: -profile.local(0.008).z, tilt: -profile.local(0.008).slope.atan() };
         let at = (seat, TrackSide::Right);
         // Coarser than the faces, which slope.
         let line = LINE.map(|v| 1.25 * v);
@@ -159,7 +159,7 @@ mod tests {
         assert!(rows.len() == 81 && *tilt == seat.tilt && tilt.abs() > 0.02, "{tilt}");
         for (k, row) in rows.iter().enumerate() {
             let mean = |c: usize| -> f64 {
-                row.iter().map(|&(n, w)| w * seen(found.mesh.nodes[n as usize], seat.tilt)[c]).sum()
+                row.iter().map(|&(n, w)| w * in_contact_frame(found.mesh.nodes[n as usize], seat.tilt)[c]).sum()
             };
             assert!((row.iter().map(|t| t.1).sum::<f64>() - 1.0).abs() < 1e-12);
             let (i, j) = (k % 9, k / 9);
@@ -183,15 +183,15 @@ mod tests {
         let (mesh, profile) = (head(), builtin::rail_60e1().expect("a profile"));
         for (y, side) in [(0.008, TrackSide::Right), (-0.008, TrackSide::Left), (-0.004, TrackSide::Right)] {
             // As [`placement::Placed::seats`] has it: the tilt is that of the profile there.
-            let seat = Seat { y, z: -profile.at(y).z, tilt: -profile.at(y).slope.atan() };
+            let seat = Seat { y, z: -profile.local(y).z, tilt: -profile.local(y).slope.atan() };
             let found = standing(&mesh, (seat, side), [&LINE; 2], Compliance::Hybrid, 0.5).expect("it stands");
-            let faces = Faces::of(&tilted(&found.mesh, seat.tilt), "contact").expect("faces");
+            let faces = Faces::from_group(&tilted(&found.mesh, seat.tilt), "contact").expect("faces");
             let height = |y: f64| faces.height([0.0, y]).expect("a face");
             assert!(height(0.0).abs() < 1e-12, "{}", height(0.0));
             // No slope, to what chords of 2 mm on a radius of 80 mm leave.
             let slope = (height(4e-3) - height(-4e-3)) / 8e-3;
             assert!(slope.abs() < 2e-3, "{y}: {slope}, tilt {}", seat.tilt);
-            let z = profile.at(y).z;
+            let z = profile.local(y).z;
             assert!((found.axle - (0.5 - z)).abs() < 2e-5, "{} {z}", found.axle);
             assert!(
                 matches!(found.transfer, Transfer::DiscAverage { ref discs, .. } if discs.len() == 2),

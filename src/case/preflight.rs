@@ -88,7 +88,7 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
         return Error::all(job.bodies().into_iter().map(read)).map(|()| report);
     }
     if job.placement().is_some() {
-        let placed = super::wheel_rail_geometry::Placed::of(job)?;
+        let placed = super::wheel_rail_geometry::Placed::from_job(job)?;
         for (name, body) in job.bodies().into_iter().filter(|(_, b)| b.is_meshed()) {
             let (_, found) = of_mesh(job, meshes, name, body)?;
             let stands = placed.standing(job, meshes, name, body)?;
@@ -101,7 +101,8 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
             let at = super::wheel_rail_geometry::Placed::at_contact(job, contact)?;
             at.refuse_sections(job)?;
             if number > 0 {
-                touching.push(format!("contact {}:", number + 1));
+                let wheel = at.wheel_of(job).map_or(String::new(), |wheel| format!(", {wheel}"));
+                touching.push(format!("contact {}{wheel}:", number + 1));
                 touching.extend(at.lines());
             }
             if wanted(job) {
@@ -156,7 +157,7 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
 /// Reads the mesh of the body `name` and describes it: size, mass, worst element, modes, and position.
 fn of_mesh(job: &Job, meshes: &Meshes, name: &str, body: &crate::job::Body) -> Result<(Rc<Meshed>, PreflightReport)> {
     let mut report = PreflightReport::default();
-    let found = meshes.of(job, name, body)?;
+    let found = meshes.mesh(job, name, body)?;
     let material = body.elastic()?;
     let mesh = &found.mesh;
     let mut worst = (f64::INFINITY, 0);
@@ -176,7 +177,7 @@ fn of_mesh(job: &Job, meshes: &Meshes, name: &str, body: &crate::job::Body) -> R
             worst.0
         )));
     }
-    let attitude = Attitude::of(mesh);
+    let attitude = Attitude::from_mesh(mesh);
     let mass = attitude.volume * material.density;
     let extent = [0, 1, 2].map(|c| attitude.high[c] - attitude.low[c]);
     report.lines.push(format!(
@@ -190,7 +191,7 @@ fn of_mesh(job: &Job, meshes: &Meshes, name: &str, body: &crate::job::Body) -> R
         ));
     }
     modes(job, name, body, (attitude.volume, mesh), &mut report)?;
-    let lies = super::mesh_diagnostics::of(job, name, body, &found, &attitude)?;
+    let lies = super::mesh_diagnostics::diagnose(job, name, body, &found, &attitude)?;
     report.lines.extend(lies.lines);
     report.warnings.extend(lies.warnings);
     Ok((found, report))

@@ -1,6 +1,7 @@
 //! A rail, as a job gives it.
 
 use crate::body::rail::{Rail as RailBody, RailSpec};
+use crate::body::separate_rails::SeparateRails;
 use crate::body::ContactSpec;
 use crate::fem::Material;
 use crate::job::{self, Extruded, Job, MeshSource, RailFile, RailSection};
@@ -39,7 +40,7 @@ const ASKEW: f64 = 0.5;
 
 /// Position of the contact on a rail.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct At {
+pub struct RailContactPosition {
     /// To the right of the middle of the upright section, m.
     pub y: f64,
     /// Height over the middle of the head, m; none: that of the surface at y.
@@ -54,7 +55,7 @@ pub struct At {
 #[derive(Debug, Clone)]
 pub struct RailContact {
     /// Its place; none: where the job says.
-    pub at: Option<At>,
+    pub at: Option<RailContactPosition>,
     /// Lines of its grid along x and y, m; none where no analysis looks at the contact.
     pub lines: Option<[Vec<f64>; 2]>,
     /// Distance x along the rail from the first contact, m.
@@ -70,12 +71,12 @@ pub fn extruded(body: &job::Body) -> Option<&Extruded> {
 }
 
 /// Position of the contact without a placement.
-fn given(extruded: &Extruded) -> At {
-    At { y: extruded.contact_offset, z: None, right: false, tilt: None }
+fn given(extruded: &Extruded) -> RailContactPosition {
+    RailContactPosition { y: extruded.contact_offset, z: None, right: false, tilt: None }
 }
 
 /// Its section, with the contact point at a place of its head.
-fn section(extruded: &Extruded, at: At) -> Result<Rail> {
+fn section(extruded: &Extruded, at: RailContactPosition) -> Result<Rail> {
     let section = match (&extruded.section, extruded.section.built()) {
         (RailSection::File(file), _) => drawn(file, at).map(Rail::Drawn),
         (_, Some(rail)) => built(rail, at).map(Rail::Built),
@@ -96,7 +97,7 @@ fn section(extruded: &Extruded, at: At) -> Result<Rail> {
 }
 
 /// A built-in rail.
-fn built(rail: &'static crate::rails::Rail, at: At) -> Result<BuiltRail> {
+fn built(rail: &'static crate::rails::Rail, at: RailContactPosition) -> Result<BuiltRail> {
     match at.z {
         Some(z) => BuiltRail::near(rail, [at.y, z]),
         None => BuiltRail::new(rail, at.y),
@@ -104,7 +105,7 @@ fn built(rail: &'static crate::rails::Rail, at: At) -> Result<BuiltRail> {
 }
 
 /// The drawing in a file, x across the track, towards its middle of the left-hand rail, and y up.
-fn drawn(file: &RailFile, at: At) -> Result<DrawnRail> {
+fn drawn(file: &RailFile, at: RailContactPosition) -> Result<DrawnRail> {
     let named = |e: Error| e.context(format!("section {}", file.path.display()));
     let drawing = plane::read(&file.path)?;
     let nodes = drawing.nodes.iter().map(|&[x, y]| [file.scale * y, file.scale * x]).collect();
@@ -118,7 +119,7 @@ fn drawn(file: &RailFile, at: At) -> Result<DrawnRail> {
 }
 
 /// An error where a rail cannot be touched.
-pub(crate) fn touched(extruded: &Extruded, at: At) -> Result<()> {
+pub(crate) fn touched(extruded: &Extruded, at: RailContactPosition) -> Result<()> {
     section(extruded, at).map(|_| ())
 }
 
@@ -211,7 +212,7 @@ pub fn endless(job: &Job, reach: f64) -> Result<Option<EndlessRail>> {
             let track = body.track.clone().unwrap_or_default();
             let m = body.elastic()?;
             let material = Material { young: m.young, poisson: m.poisson, density: m.density };
-            let section = section(extruded, At { y: 0.0, z: None, right: false, tilt: None })?;
+            let section = section(extruded, RailContactPosition { y: 0.0, z: None, right: false, tilt: None })?;
             let angle = section.contact().angle;
             let meshed = section.for_modes()?;
             let laid = laid(&track, meshed.area() * m.density);
@@ -252,7 +253,8 @@ fn planned<'a>(
     let material = Material { young: m.young, poisson: m.poisson, density: m.density };
     let at = contacts.first().and_then(|c| c.at).unwrap_or_else(|| given(extruded));
     // A file is read by every rank, and may be there for some of them only.
-    let section_at = |at: At| section(extruded, at).map_err(|e| e.context(format!("bodies.{name}.mesh.extruded")));
+    let section_at =
+        |at: RailContactPosition| section(extruded, at).map_err(|e| e.context(format!("bodies.{name}.mesh.extruded")));
     let section = world.agree(section_at(at))?;
     let beam = |lateral| section.beam(material, lateral, track.loss_factor);
     let beams = [(0, beam(false)?), (2, beam(true)?)];
@@ -295,18 +297,8 @@ fn planned<'a>(
     Ok(Planned { making, beam, laid })
 }
 
-/// The rail `name` with its contacts.
-pub fn make<'w>(
-    world: &'w World,
-    job: &Job,
-    body: (&str, &job::Body),
-    contacts: &[RailContact],
-) -> Result<RailBody<'w>> {
-    RailBody::new(world, body.0, planned(world, job, body, contacts)?.making)
-}
-
-/// The rail of [`make`], told in the summary.
-pub(crate) fn told<'w>(
+/// The rail `name` with its contacts; its size and range of validity go to the summary.
+pub(crate) fn build<'w>(
     (world, summary): (&'w World, &mut Summary),
     job: &Job,
     body: (&str, &job::Body),
@@ -328,6 +320,22 @@ pub(crate) fn told<'w>(
         summary.line(format!("body {}: {what} {percent:.0} % of the infinite rail {on}", body.0));
     }
     Ok(rail)
+}
+
+/// The rails of both sides with the contacts of each, the one of the first contact first, told in the summary.
+pub(crate) fn build_both<'w>(
+    (world, summary): (&'w World, &mut Summary),
+    job: &Job,
+    body: (&str, &job::Body),
+    contacts: [&[RailContact]; 2],
+) -> Result<SeparateRails<'w>> {
+    let [first, second] = contacts;
+    let right = |of: &[RailContact]| of.first().and_then(|c| c.at).is_some_and(|at| at.right);
+    let names = [first, second].map(|of| if right(of) { "right" } else { "left" });
+    summary.line(format!("body {}: two rails without coupling, {} and {}", body.0, names[0], names[1]));
+    let one = build((world, summary), job, body, first)?;
+    let other = RailBody::new(world, body.0, planned(world, job, body, second)?.making)?;
+    Ok(SeparateRails::new(world, body.0, [(names[0], one), (names[1], other)]))
 }
 
 /// The lowest frequency that a job asks for a motion of the rail at, Hz.
@@ -361,6 +369,22 @@ fn endless_along(bar: &Beam, track: &Track, ends: &Ends) -> Option<f64> {
     };
     let frequencies = std::iter::successors(Some(HIGHEST), |f| Some(f / NEXT)).take_while(|f| *f > 1.0);
     frequencies.take_while(|f| off(*f) <= ENDLESS).last()
+}
+
+/// The lowest frequency, Hz, from which on the rail of a body is one without ends along itself, as the summary tells
+/// it; none of another body, of a rail without dashpots at its ends, and of one that never is.
+///
+/// # Errors
+/// A section that cannot be read.
+pub fn endless_from(body: &job::Body) -> Result<Option<f64>> {
+    let Some(extruded) = extruded(body) else { return Ok(None) };
+    let track = body.track.clone().unwrap_or_default();
+    let m = body.elastic()?;
+    let material = Material { young: m.young, poisson: m.poisson, density: m.density };
+    let beam = section(extruded, given(extruded))?.beam(material, false, track.loss_factor)?;
+    let laid = laid(&track, beam.density * beam.area);
+    let ends = ends(&track, extruded.length, beam.speed()).filter(|ends| ends.along > 0.0);
+    Ok(ends.and_then(|ends| endless_along(&beam, &laid, &ends)))
 }
 
 /// An error that says how long a rail has to be if it is too short for the frequency `lowest`, Hz.

@@ -4,7 +4,7 @@ use crate::job::{self, Job, RoughLevels, RoughnessPart};
 use crate::output::Table;
 use crate::roughness::read::{self, Units};
 use crate::roughness::spectrum::{self, Band};
-use crate::roughness::{Line, Part, Shape, Surface};
+use crate::roughness::{Line, RoughnessFeature, Shape, Surface};
 use crate::{Error, Result};
 use sha2::{Digest, Sha256};
 use std::f64::consts::PI;
@@ -92,15 +92,17 @@ struct Way<'a> {
 
 impl Way<'_> {
     /// `part` of a body that comes back after `turn`, m, if it is a wheel.
-    fn part(&self, part: &RoughnessPart, turn: Option<f64>) -> Result<Part> {
-        let shape = |shape: Shape, at: f64| Ok(Part::Shape { shape, at, period: turn });
+    fn part(&self, part: &RoughnessPart, turn: Option<f64>) -> Result<RoughnessFeature> {
+        let shape = |shape: Shape, at: f64| Ok(RoughnessFeature::Shape { shape, at, period: turn });
         match part {
-            RoughnessPart::Spectrum(s) => Ok(Part::Lines(vec![line(s, s.length.or(turn).unwrap_or(LENGTH))?])),
-            RoughnessPart::File(file) => Ok(Part::Lines(self.measured(file, turn)?)),
+            RoughnessPart::Spectrum(s) => {
+                Ok(RoughnessFeature::Lines(vec![line(s, s.length.or(turn).unwrap_or(LENGTH))?]))
+            }
+            RoughnessPart::File(file) => Ok(RoughnessFeature::Lines(self.measured(file, turn)?)),
             // Waves need not fit a wheel: they are a test of what the contact does.
             RoughnessPart::Wave(w) => {
                 let shape = Shape::Wave { length: w.wavelength, height: w.amplitude };
-                Ok(Part::Shape { shape, at: w.at, period: None })
+                Ok(RoughnessFeature::Shape { shape, at: w.at, period: None })
             }
             RoughnessPart::Flat(f) => {
                 let chord = turn.map_or(0.0, |t| Shape::chord(f.length, t / (2.0 * PI)));

@@ -2,7 +2,7 @@
 
 use super::interface::creepage;
 use super::meshes::{Meshed, Meshes};
-use super::positioned_mesh::{seen, tilted};
+use super::positioned_mesh::{in_contact_frame, tilted};
 use crate::body::half_space::HalfSpace;
 use crate::body::hybrid::{CIRCLE, WIDER};
 use crate::contact::SPIN_SPACINGS;
@@ -10,7 +10,7 @@ use crate::grid::{averages, means, ContactGrid, Faces, Transfer};
 use crate::job::{self, Compliance, Job, Load, MeshSource, MOST_NODES};
 use crate::mesh::Mesh;
 use crate::placement::{Ellipse, Press};
-use crate::swept::{Cylinder, Given};
+use crate::swept::{Cylinder, SectionSource};
 use crate::{Error, Result};
 
 /// Half the extent of a grid over that of Hertz' ellipse, and spacings over its smaller half axis.
@@ -69,10 +69,10 @@ pub(crate) fn spacing(grid: &ContactGrid) -> f64 {
 }
 
 /// Exact geometry of a body, where its description gives it.
-fn exact(body: &job::Body) -> Option<Given> {
+fn exact(body: &job::Body) -> Option<SectionSource> {
     let Some(MeshSource::Cylinder(c)) = &body.mesh else { return None };
     let &job::Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset, .. } = c;
-    Some(Given::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset }))
+    Some(SectionSource::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset }))
 }
 
 /// Curvatures of a body at its contact, 1/m; none where neither its description nor its mesh shows them.
@@ -156,7 +156,7 @@ pub fn meet(job: &Job, meshed: [&Meshed; 2]) -> Result<SurfacePairing> {
     };
     let mut faces = Vec::new();
     for ((name, _), m) in job.bodies().into_iter().zip(meshed) {
-        faces.push(Faces::of(&m.mesh, "contact").map_err(named(name))?);
+        faces.push(Faces::from_group(&m.mesh, "contact").map_err(named(name))?);
     }
     let [lower, upper] = &faces[..] else { return Err(Error::Defect("a contact of one body".into())) };
     let Lines { x, y, ellipse } = lines(job, contact, [Some(lower), Some(upper)])?;
@@ -214,7 +214,7 @@ pub(super) fn common(job: &Job, meshed: [&Meshed; 2]) -> Result<Option<[Vec<f64>
     if asked(contact).is_none() && differ(meshed).is_none() {
         return Ok(None);
     }
-    let [lower, upper] = meshed.map(|m| Faces::of(&m.mesh, "contact"));
+    let [lower, upper] = meshed.map(|m| Faces::from_group(&m.mesh, "contact"));
     let Lines { x, y, .. } = lines(job, contact, [Some(&lower?), Some(&upper?)])?;
     Ok(Some([x, y]))
 }
@@ -222,14 +222,14 @@ pub(super) fn common(job: &Job, meshed: [&Meshed; 2]) -> Result<Option<[Vec<f64>
 /// The nodes of the grid of the lines `x` and `y`, m, on the group `contact` of a mesh in lower form, which the frame
 /// of the grid is turned against by `tilt`, rad, about x: their places in the frame of the mesh, m, `[nx*ny]`, and
 /// whether there is a face. Where there is none they are in the plane of the contact.
-pub(super) fn laid(mesh: &Mesh, [x, y]: [&[f64]; 2], tilt: f64) -> Result<Vec<([f64; 3], bool)>> {
+pub(super) fn surface_points(mesh: &Mesh, [x, y]: [&[f64]; 2], tilt: f64) -> Result<Vec<([f64; 3], bool)>> {
     let faces = match tilt == 0.0 {
-        true => Faces::of(mesh, "contact")?,
-        false => Faces::of(&tilted(mesh, tilt), "contact")?,
+        true => Faces::from_group(mesh, "contact")?,
+        false => Faces::from_group(&tilted(mesh, tilt), "contact")?,
     };
     let node = |a: f64, b: f64| {
         let height = faces.height([a, b]);
-        (seen([a, b, height.unwrap_or(0.0)], -tilt), height.is_some())
+        (in_contact_frame([a, b, height.unwrap_or(0.0)], -tilt), height.is_some())
     };
     Ok(y.iter().flat_map(|&b| x.iter().map(move |&a| (a, b))).map(|(a, b)| node(a, b)).collect())
 }
@@ -239,7 +239,7 @@ pub(super) fn laid(mesh: &Mesh, [x, y]: [&[f64]; 2], tilt: f64) -> Result<Vec<([
 pub(super) fn beside_nodes(mesh: &Mesh, grid: &ContactGrid, tilt: f64) -> Result<Vec<[f64; 3]>> {
     match &grid.transfer {
         Some(Transfer::Averages { .. } | Transfer::DiscAverage { .. }) => {
-            Ok(laid(mesh, [&grid.x, &grid.y], tilt)?.into_iter().map(|(place, _)| place).collect())
+            Ok(surface_points(mesh, [&grid.x, &grid.y], tilt)?.into_iter().map(|(place, _)| place).collect())
         }
         _ => Ok(Vec::new()),
     }
@@ -334,12 +334,12 @@ pub fn nodes(job: &Job, meshes: &Meshes) -> Result<Option<usize>> {
     }
     let mut faces = [None, None];
     if files {
-        let both = [meshes.of(job, lower_name, lower)?, meshes.of(job, upper_name, upper)?];
+        let both = [meshes.mesh(job, lower_name, lower)?, meshes.mesh(job, upper_name, upper)?];
         if asked(contact).is_none() && differ([&both[0], &both[1]]).is_none() {
             return Ok(None);
         }
         for (face, (m, name)) in faces.iter_mut().zip(both.iter().zip([lower_name, upper_name])) {
-            let of = Faces::of(&m.mesh, "contact").map_err(|e| e.context(format!("bodies.{name}.mesh")))?;
+            let of = Faces::from_group(&m.mesh, "contact").map_err(|e| e.context(format!("bodies.{name}.mesh")))?;
             *face = Some(of);
         }
     }
@@ -356,7 +356,7 @@ mod tests {
     fn met(sets: &[&str]) -> Result<SurfacePairing> {
         let job = example::two_cylinders(sets);
         let meshes = Meshes::default();
-        let of = |name: &str, body: &Option<job::Body>| meshes.of(&job, name, body.as_ref().expect("a body"));
+        let of = |name: &str, body: &Option<job::Body>| meshes.mesh(&job, name, body.as_ref().expect("a body"));
         let both = [of("lower", &job.bodies.lower)?, of("upper", &job.bodies.upper)?];
         meet(&job, [&both[0], &both[1]])
     }

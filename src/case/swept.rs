@@ -12,7 +12,9 @@ use crate::parallel::World;
 use crate::placement::Seat;
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::swept::{Bearing, Cylinder, Drawn, EdgeSprings, Given, Path, RunningPlace, SectionLayer, Wheel, WheelShape};
+use crate::swept::{
+    Bearing, Cylinder, Drawn, EdgeSprings, Path, RunningPlace, SectionLayer, SectionSource, Wheel, WheelShape,
+};
 use crate::{Error, Result};
 use std::rc::Rc;
 
@@ -20,20 +22,20 @@ use std::rc::Rc;
 const RADIUS: f64 = 1e-3;
 
 /// The section of a body, whose contact is where its mesh says it.
-pub(super) fn section(body: &job::Body) -> Result<Given> {
+pub(super) fn section(body: &job::Body) -> Result<SectionSource> {
     let Some(MeshSource::Revolved(revolved)) = &body.mesh else {
         return Err(Error::Defect("a section is asked for of a body that is not swept".into()));
     };
     let contact_offset = revolved.contact_offset;
     Ok(match &revolved.section {
-        Section::W920S => Given::Wheel(Wheel::w920s(contact_offset)),
+        Section::W920S => SectionSource::Wheel(Wheel::w920s(contact_offset)),
         Section::W920SWheelset => {
             let shape = WheelShape::w920s_wheelset();
-            Given::Wheel(Wheel { shape, offset: contact_offset, height: None, mirrored: false })
+            SectionSource::Wheel(Wheel { shape, offset: contact_offset, height: None, mirrored: false })
         }
         Section::Wheel(wheel) => {
             let shape = shape(wheel);
-            Given::Wheel(Wheel { shape, offset: contact_offset, height: None, mirrored: false })
+            SectionSource::Wheel(Wheel { shape, offset: contact_offset, height: None, mirrored: false })
         }
         Section::File(file) => {
             let drawn = drawn(file, contact_offset)?;
@@ -41,10 +43,10 @@ pub(super) fn section(body: &job::Body) -> Result<Given> {
             if body.profile.is_none() {
                 drawn.refuse_steep(contact_offset)?;
             }
-            Given::Drawn { drawn: Rc::new(drawn), offset: contact_offset, mirrored: false }
+            SectionSource::Drawn { drawn: Rc::new(drawn), offset: contact_offset, mirrored: false }
         }
         &Section::Cylinder(job::Ring { inner_radius, outer_radius, thickness, crown_radius }) => {
-            Given::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset })
+            SectionSource::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset })
         }
     })
 }
@@ -146,13 +148,15 @@ fn offset(seat: Seat, side: job::TrackSide) -> f64 {
 }
 
 /// Position of the contact on the section of a wheel or a rail: the wheel at a seat, on a side of the track.
-fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<Given> {
+fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<SectionSource> {
     let right = side == job::TrackSide::Right;
     let offset = offset(seat, side);
     match section(body)? {
-        Given::Wheel(wheel) => Ok(Given::Wheel(Wheel { offset, height: Some(seat.z), mirrored: right, ..wheel })),
-        Given::Drawn { drawn, .. } => Ok(Given::Drawn { drawn, offset, mirrored: right }),
-        Given::Cylinder(_) => Err(Error::Defect("a cylinder has no profile".into())),
+        SectionSource::Wheel(wheel) => {
+            Ok(SectionSource::Wheel(Wheel { offset, height: Some(seat.z), mirrored: right, ..wheel }))
+        }
+        SectionSource::Drawn { drawn, .. } => Ok(SectionSource::Drawn { drawn, offset, mirrored: right }),
+        SectionSource::Cylinder(_) => Err(Error::Defect("a cylinder has no profile".into())),
     }
 }
 
@@ -166,6 +170,8 @@ pub(crate) fn touched(body: &job::Body, seat: Seat, side: job::TrackSide) -> Res
 pub(crate) struct WheelContact {
     /// Its place on the profile.
     pub seat: Seat,
+    /// Side of the track of its wheel.
+    pub side: job::TrackSide,
     /// Lines of its grid along x and y, m; none where no analysis looks at the contact.
     pub lines: Option<[Vec<f64>; 2]>,
     /// Angle about the axle from the first contact, in the direction of x, rad.
@@ -176,7 +182,7 @@ pub(crate) struct WheelContact {
 fn made<'p>(
     (world, summary): (&'p World, &mut Summary),
     (name, body): (&str, &job::Body),
-    section: Given,
+    section: SectionSource,
     (contacts, tilt): (&[ContactSpec<RunningPlace>], f64),
 ) -> Result<Swept<'p>> {
     let (material, springs, suspension) = (material_of(body)?, springs(body), bearings(body));
@@ -232,23 +238,22 @@ fn bearings(body: &job::Body) -> Vec<Bearing> {
     suspension.places().iter().map(|&y| Bearing { place: [0.0, y], stiffness }).collect()
 }
 
-/// The wheel `body` of a placement on a side of the track with its contacts, the same on every rank.
+/// The wheel or wheelset `body` of a placement with its contacts, the same on every rank.
 pub(crate) fn wheel<'p>(
     told: (&'p World, &mut Summary),
     (name, body): (&str, &job::Body),
-    side: job::TrackSide,
     contacts: &[WheelContact],
 ) -> Result<Swept<'p>> {
     let first = contacts.first().ok_or_else(|| Error::Defect("a wheel of a placement without a contact".into()))?;
     let mut specs = Vec::new();
     for (number, contact) in contacts.iter().enumerate() {
         let Some([x, y]) = &contact.lines else { continue };
-        let WheelContact { seat, along, .. } = *contact;
+        let WheelContact { seat, side, along, .. } = *contact;
         let own = ContactSpec::own([&x[..], &y[..]], seat.tilt);
-        let place = RunningPlace { y: offset(seat, side), height: Some(seat.z) };
+        let place = RunningPlace { y: offset(seat, side), height: Some(seat.z), opposite: side != first.side };
         specs.push(if number == 0 { own } else { ContactSpec { place: Some(place), along, ..own } });
     }
-    made(told, (name, body), section_at(body, first.seat, side)?, (&specs, first.seat.tilt))
+    made(told, (name, body), section_at(body, first.seat, first.side)?, (&specs, first.seat.tilt))
 }
 
 /// The contact grid of a body in lower form; none of a job without contact.
@@ -322,7 +327,7 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
         } else if rail::extruded(body).is_some() {
             let lines = grid.as_ref().map(|g| [g.x.clone(), g.y.clone()]);
             let contact = rail::RailContact { at: None, lines, along: 0.0 };
-            bodies.unique.push(Box::new(rail::told((world, summary), job, (name, body), &[contact])?));
+            bodies.unique.push(Box::new(rail::build((world, summary), job, (name, body), &[contact])?));
         } else {
             let lines = grid.as_ref().map(|g| [&g.x[..], &g.y[..]]);
             let contacts: Vec<_> = lines.map(|lines| ContactSpec::own(lines, 0.0)).into_iter().collect();
@@ -343,8 +348,8 @@ mod tests {
     #[test]
     fn a_wheel_of_default_dimensions_is_w920s() {
         let wheel: WheelDimensions = serde_json::from_str(r#"{"diameter": 0.92}"#).unwrap();
-        let built = Given::Wheel(Wheel { shape: shape(&wheel), offset: 0.0, height: None, mirrored: false });
-        let known = Given::Wheel(Wheel::w920s(0.0));
+        let built = SectionSource::Wheel(Wheel { shape: shape(&wheel), offset: 0.0, height: None, mirrored: false });
+        let known = SectionSource::Wheel(Wheel::w920s(0.0));
         let [built, known] = [built, known].map(|given| given.for_modes().unwrap());
         assert_eq!(built.tread, known.tread);
         assert_eq!(built.groups["bore"], known.groups["inner"]);

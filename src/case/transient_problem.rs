@@ -65,12 +65,12 @@ impl StepperSetUp {
     pub(crate) fn model<'a>(&'a self, pair: &'a CoupledModel) -> Model<'a> {
         match &self.begin {
             Begin::Points(points) => points.model(pair),
-            Begin::Grid(_) => Model::of(pair, &self.interface),
+            Begin::Grid(_) => Model::new(pair, &self.interface),
         }
     }
 
     /// The state of rest of `model`, and what does not change in time.
-    pub(crate) fn begin(&self, model: &Model<'_>, rolling: &TransientProblem<'_>) -> Result<(State, Settings)> {
+    pub(crate) fn initial_state(&self, model: &Model<'_>, rolling: &TransientProblem<'_>) -> Result<(State, Settings)> {
         let wanted = rolling.wanted;
         let (rest, deflected) = match &self.begin {
             Begin::Points(points) => (points.at_rest(model).0, Vec::new()),
@@ -151,7 +151,7 @@ fn at_rest(rolling: &TransientProblem<'_>) -> Result<(Vec<f64>, Vec<f64>, Vec<f6
     // A history says what holds at the start too.
     let at_start = |table: &Option<Vec<[f64; 2]>>, key: &str| -> Result<Option<f64>> {
         let Some(points) = table else { return Ok(None) };
-        Ok(Some(History::table(&format!("analyses.transient.histories.{key}"), points, wanted.duration)?.at(0.0)))
+        Ok(Some(History::table(&format!("analyses.transient.histories.{key}"), points, wanted.duration)?.value(0.0)))
     };
     let mut kinematics = kinematics(contact);
     let creepage = &mut kinematics[0].creepage;
@@ -217,7 +217,7 @@ fn at_points(rolling: &TransientProblem<'_>) -> Result<Option<PointModel>> {
     if let Some(points) = given_forces(contact) {
         well_posed::refuse_short(law, |law| sharpness(pair, &linearised(&points, law)))?;
         let friction = points.iter().map(|p| p.coefficient(law)).collect();
-        return Ok(Some(PointModel::given(pair, s, (reactions(&points, law), friction), span)));
+        return Ok(Some(PointModel::with_reactions(pair, s, (reactions(&points, law), friction), span)));
     }
     let problem = steady_sliding((s, pair), contact, Direction::Rigid)?;
     well_posed::refuse_short(law, |law| well_posed::sliding(&problem, law, pair))?;

@@ -1,29 +1,28 @@
 //! A wheel on a rail by their profiles, as a job places them: the grid of the contact, the gap, the creepages.
 
-use super::bodies::{material_of, of_elements, Bodies, Place};
 use super::meshes::Meshes;
 use super::positioned_mesh::{standing, PositionedMesh};
 use super::rail;
-use super::surfaces::beside_nodes;
-use crate::body::half_space::{HalfSpace, HalfSpaceBody};
+use crate::body::half_space::HalfSpace;
 use crate::body::Side;
 use crate::contact::half_space_estimate::PatchEstimate;
 use crate::contact::{Creepage, SPIN_SPACINGS};
-use crate::fem::rotation::Axis;
 use crate::grid::{ContactGrid, Interface, Transfer};
-use crate::job::{self, Job, Load, MeshSource, Profile};
+use crate::job::{self, ContactPlaces, ContactWheels, Job, Load, MeshSource, Profile};
 use crate::output::datasets;
 use crate::output::Table;
 use crate::parallel::World;
-use crate::petsc::session::Petsc;
 use crate::placement::read::{read, ProfileKind, Reading, Vertical};
 use crate::placement::{
     self, builtin, finer_grid_lines, fitted_grid_lines, rough_grid_lines, Creepages, Ellipse, Frame, Gap, Motion,
     Placement, Position, Press, Seat,
 };
-use crate::progress::Progress;
-use crate::summary::Summary;
 use crate::{Error, Result};
+
+mod contact_sites;
+
+pub(crate) use contact_sites::build;
+pub(super) use contact_sites::on_rail;
 
 /// By how much a grid grows whose border the contact may reach, and how often at the most.
 const GROWTH: f64 = 1.3;
@@ -35,6 +34,8 @@ const DRAWN: f64 = 1e-3;
 
 /// A wheel on its rail at first touch, with all that the contact needs of them.
 pub struct Placed {
+    /// Side of the track.
+    side: job::TrackSide,
     placed: placement::Placed,
     frame: Frame,
     ellipse: Ellipse,
@@ -47,7 +48,7 @@ pub struct Placed {
 
 impl Placed {
     /// The wheel of `job` on its rail, at its first contact. For one rank: it reads the files of the profiles.
-    pub fn of(job: &Job) -> Result<Self> {
+    pub fn from_job(job: &Job) -> Result<Self> {
         let contact = job.contact.as_ref().ok_or_else(|| missing("a contact"))?;
         Self::at_contact(job, contact)
     }
@@ -60,7 +61,7 @@ impl Placed {
         })
     }
 
-    /// The wheel of `job` at each of its contacts. For one rank.
+    /// The wheel of `job` at each of its contacts, or both wheels. For one rank.
     pub fn all(job: &Job) -> Result<Vec<Self>> {
         let contacts = job.contact.iter().flat_map(job::Contact::all);
         let mut all = contacts.map(|one| Self::at_contact(job, one)).collect::<Result<Vec<_>>>()?;
@@ -107,7 +108,7 @@ impl Placed {
         let creepage =
             Creepage { longitudinal: creepages.longitudinal, lateral: creepages.lateral, spin: creepages.spin };
         let spacings = if creepage.is_ruled_by_spin(ellipse.semi_axes) { SPIN_SPACINGS } else { 0.0 };
-        let several = job.contact.as_ref().is_some_and(|c| !c.further.is_empty());
+        let several = job.contact.as_ref().is_some_and(|c| c.places == ContactPlaces::All && !c.further.is_empty());
         for _ in 0..GROWN {
             let [x, y] = if several { rough_grid_lines(extent) } else { finer_grid_lines(extent, spacings) };
             let mut gap = placed.gap(&frame, &x, &y).map_err(named)?;
@@ -118,7 +119,7 @@ impl Placed {
                     gap = placed.gap(&frame, &x, &y).map_err(named)?;
                 }
                 let track = (given.curvature, given.yaw);
-                return Ok(Self { placed, frame, ellipse, creepages, gap, notes, track });
+                return Ok(Self { side: given.side, placed, frame, ellipse, creepages, gap, notes, track });
             }
             extent = [0, 1].map(|c| extent[c] * if beside[c] { GROWTH } else { 1.0 });
         }
@@ -129,6 +130,15 @@ impl Placed {
             1e3 * extent[0],
             1e3 * extent[1]
         )))
+    }
+
+    /// Name of the wheel, of a job with contacts at both wheels.
+    pub fn wheel_of(&self, job: &Job) -> Option<&'static str> {
+        job.contact.as_ref().filter(|c| c.wheels == ContactWheels::Both)?;
+        Some(match self.side {
+            job::TrackSide::Left => "left-hand wheel",
+            job::TrackSide::Right => "right-hand wheel",
+        })
     }
 
     /// Nodes of the grid.
@@ -156,7 +166,7 @@ impl Placed {
     /// An error where a section of `job` cannot be touched where the wheel stands.
     pub fn refuse_sections(&self, job: &Job) -> Result<()> {
         let [lower, upper] = self.placed.seats(&self.frame)?;
-        let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
+        let track = self.side;
         for (name, body) in job.bodies() {
             let checked = match &body.mesh {
                 Some(MeshSource::Extruded(rail)) => rail::touched(rail, on_rail(lower, track)),
@@ -185,7 +195,7 @@ impl Placed {
             return Err(Error::Defect("a mesh is put on a placement of a job without one".into()));
         };
         let seat = self.seat(name)?;
-        let meshed = meshes.of(job, name, body)?;
+        let meshed = meshes.mesh(job, name, body)?;
         standing(&meshed.mesh, (seat, placement.side), self.grid_lines(), contact.compliance, placement.radius)
             .map_err(|e| e.context(format!("bodies.{name}.mesh")))
     }
@@ -447,126 +457,6 @@ pub(crate) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
     // The slip is known only now.
     job::range(&filled)?;
     Ok(Some(filled))
-}
-
-/// Collective: the two places of a wheel on a rail.
-pub(crate) fn build<'p>(
-    petsc: &'p Petsc<'p>,
-    job: &Job,
-    meshes: &Meshes,
-    progress: &mut Progress,
-    summary: &mut Summary,
-) -> Result<Bodies<'p>> {
-    let world = petsc.world();
-    progress.stage("placing the wheel");
-    let placed = world.on_root(|| Placed::all(job))?.unwrap_or_default();
-    for (number, one) in placed.iter().enumerate() {
-        if placed.len() > 1 {
-            summary.line(format!("contact {} of {}", number + 1, placed.len()));
-        }
-        one.lines().into_iter().for_each(|line| summary.line(line));
-    }
-    let moves = job.bodies().iter().any(|(_, body)| body.mesh.is_some());
-    let sites = ContactSite::all(world, &placed)?;
-    let first = sites.first().ok_or_else(|| missing("a contact"))?;
-    let track = job.placement().map_or(job::TrackSide::Left, |p| p.side);
-    let touched = !job.analyses.on_contact().is_empty();
-    let mut bodies = Bodies::none();
-    for (name, body) in job.bodies() {
-        let side = Side::named(name).unwrap_or(Side::Lower);
-        let stands = match (placed.first(), &body.mesh) {
-            (Some(placed), Some(MeshSource::File(_))) => Some(placed.standing(job, meshes, name, body)),
-            _ => None,
-        };
-        let stands = world.agree(stands.transpose())?;
-        let transfer = stands.as_ref().map(|s| s.transfer.clone());
-        let grids: Vec<ContactGrid> = placed.iter().map(|p| p.grid(side, transfer.clone())).collect();
-        if matches!(body.mesh, Some(MeshSource::File(_))) {
-            let distance = world.broadcast(stands.as_ref().map_or(Vec::new(), |s| vec![s.axle]));
-            let axis = distance.first().filter(|_| body.rotates()).map(|&d| Axis::below(d));
-            if let Some(stands) = &stands {
-                summary.line(format!("body {name}: {}", stands.text));
-            }
-            progress.stage(format!("distribution and assembly, body {name}"));
-            let mesh = (stands.as_ref().map(|s| &s.mesh), grids.first());
-            bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), mesh, axis)?));
-        } else if moves {
-            bodies.unique.push(match &body.mesh {
-                Some(MeshSource::Extruded(_)) => {
-                    let on = |site: &'_ ContactSite| rail::RailContact {
-                        at: Some(on_rail(site.seats[side.index()], track)),
-                        lines: touched.then(|| site.lines.clone()),
-                        along: first.ahead - site.ahead,
-                    };
-                    let contacts: Vec<rail::RailContact> = sites.iter().map(on).collect();
-                    Box::new(rail::told((world, summary), job, (name, body), &contacts)?)
-                }
-                Some(MeshSource::Revolved(_)) => {
-                    let on = |site: &'_ ContactSite| super::swept::WheelContact {
-                        seat: site.seats[side.index()],
-                        lines: touched.then(|| site.lines.clone()),
-                        along: (first.ahead - site.ahead) / site.radius,
-                    };
-                    let contacts: Vec<super::swept::WheelContact> = sites.iter().map(on).collect();
-                    Box::new(super::swept::wheel((world, summary), (name, body), track, &contacts)?)
-                }
-                _ => {
-                    let m = body.elastic()?;
-                    let grid = Some([&first.lines[0][..], &first.lines[1][..]]).filter(|_| touched);
-                    Box::new(HalfSpaceBody::new(world, name, HalfSpace { young: m.young, poisson: m.poisson }, grid))
-                }
-            });
-        }
-        let index = bodies.unique.len().saturating_sub(1);
-        let laid = world.on_root(|| match (&stands, grids.first()) {
-            (Some(s), Some(grid)) if job.output.fields => beside_nodes(&s.mesh, grid, first.seats[side.index()].tilt),
-            _ => Ok(Vec::new()),
-        })?;
-        let laid = laid.unwrap_or_default();
-        let checksum = stands.map(|s| s.mesh.checksum()).unwrap_or_default();
-        bodies.places.push(Place { checksum, laid, ..Place::meshless((name, side), index, grids, material_of(body)?) });
-    }
-    Ok(bodies)
-}
-
-/// Position of the contact on the rail on a side of the track.
-pub(super) fn on_rail(seat: Seat, side: job::TrackSide) -> rail::At {
-    rail::At { y: seat.y, z: Some(seat.z), right: side == job::TrackSide::Right, tilt: Some(seat.tilt) }
-}
-
-/// A contact of a wheel on its rail, known on every rank.
-struct ContactSite {
-    /// Place of its frame on the rail and on the wheel.
-    seats: [Seat; 2],
-    /// Lines of its grid along x and y, m.
-    lines: [Vec<f64>; 2],
-    /// Distance of its frame ahead of the axle, m.
-    ahead: f64,
-    /// Rolling radius, m.
-    radius: f64,
-}
-
-impl ContactSite {
-    /// Collective: the contacts that rank 0 has `placed`.
-    fn all(world: &World, placed: &[Placed]) -> Result<Vec<Self>> {
-        let seats = |p: &Placed| p.placed.seats(&p.frame).map_err(|e| e.context("contact.placement"));
-        let numbers = world.on_root(|| {
-            let of = |p: &Placed| -> Result<Vec<f64>> {
-                let seats = seats(p)?.into_iter().flat_map(|s| [s.y, s.z, s.tilt]);
-                Ok(seats.chain([p.frame.origin()[0], p.placed.touch().radius]).collect())
-            };
-            Ok(placed.iter().map(of).collect::<Result<Vec<_>>>()?.concat())
-        })?;
-        let numbers = world.broadcast(numbers.unwrap_or_default());
-        let site = |(k, of): (usize, &[f64])| {
-            let seat = |i: usize| Seat { y: of[3 * i], z: of[3 * i + 1], tilt: of[3 * i + 2] };
-            let lines =
-                |of: fn(&Gap) -> &Vec<f64>| world.broadcast(placed.get(k).map_or(Vec::new(), |p| of(&p.gap).clone()));
-            let lines = [lines(|g| &g.x), lines(|g| &g.y)];
-            Self { seats: [seat(0), seat(1)], lines, ahead: of[6], radius: of[7] }
-        };
-        Ok(numbers.chunks_exact(8).enumerate().map(site).collect())
-    }
 }
 
 /// On rank 0: the tables of the placement of `job` and warnings, after its contacts were found not to reach the end of

@@ -199,7 +199,7 @@ impl<'a> Candidates<'a> {
         for (a, &i) in self.nodes.iter().enumerate() {
             let rigid = problem.interface.rigid(&problem.kinematics, i);
             for (r, c) in rigid.iter().enumerate() {
-                let c = c + self.upstream.at(i, |j| problem.interface.shift[j][r]);
+                let c = c + self.upstream.derivative(i, |j| problem.interface.shift[j][r]);
                 self.constant[3 * a + r] = self.rho_creep[a] * c / self.unit;
             }
         }

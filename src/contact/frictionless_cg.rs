@@ -100,13 +100,13 @@ impl<'a, 's> FrictionlessSolution<'a, 's> {
     }
 
     /// Takes other gaps, m, of all nodes, `[n]`.
-    pub fn take(&mut self, gap: &[f64]) {
+    pub fn set_gap(&mut self, gap: &[f64]) {
         self.gap = self.nodes.iter().map(|&i| gap[i]).collect();
     }
 
     /// Preconditioner for Newton's method.
     pub fn block(self) -> NormalBlock<'a> {
-        NormalBlock::of(self.factor, self.guess)
+        NormalBlock::new(self.factor, self.guess)
     }
 
     /// The solution, from the one before where there was one; none where it does not settle, or reaches nodes that

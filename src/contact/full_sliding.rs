@@ -284,7 +284,7 @@ impl SlidingProblem<'_> {
         let actual: Vec<[f64; 2]> = (0..n)
             .map(|i| {
                 let (c, own) = (s.rigid(&self.kinematics, i), s.creep(i));
-                [0, 1].map(|q| self.speed(i) * (c[q] + upstream.at(i, |j| w[j][q])) + own[q])
+                [0, 1].map(|q| self.speed(i) * (c[q] + upstream.derivative(i, |j| w[j][q])) + own[q])
             })
             .collect();
         let reversed =

@@ -115,7 +115,7 @@ impl Interface {
             let speed = kinematics[self.patch_of(i)].speed;
             let h = [x[ix] - x[ix - 1], x[ix] - x[ix - 2]];
             let gaps = [gap[i - 1], gap[i - 2]];
-            let course = UpwindReconstruction::of(h, [inside[i], inside[i - 1], inside[i - 2]], || gaps);
+            let course = UpwindReconstruction::new(h, [inside[i], inside[i - 1], inside[i - 2]], || gaps);
             let by_gap = course.derivative_by_gap(h, gaps)?;
             let of = |k: usize| [0, 1].map(|c| speed * (0..3).map(|j| by_gap[k][j] * w[i - j][c]).sum::<f64>());
             Some(LinearEdge { at, gaps: [(i - 1, of(0)), (i - 2, of(1))] })
@@ -147,7 +147,7 @@ impl Interface {
             let h = [h1, x[ix] - x[ix - 2]];
             let course = match contact {
                 Some((gap, closed)) if stencil == Stencil::Edge => {
-                    UpwindReconstruction::of(h, [closed[i], closed[i - 1], closed[i - 2]], || [gap[i - 1], gap[i - 2]])
+                    UpwindReconstruction::new(h, [closed[i], closed[i - 1], closed[i - 2]], || [gap[i - 1], gap[i - 2]])
                 }
                 _ => UpwindReconstruction::Parabola,
             };
@@ -183,7 +183,7 @@ pub struct Upstream {
 
 impl Upstream {
     /// ∂v/∂x at node `i` of one component of a nodal field.
-    pub fn at(&self, i: usize, v: impl Fn(usize) -> f64) -> f64 {
+    pub fn derivative(&self, i: usize, v: impl Fn(usize) -> f64) -> f64 {
         self.rows[i].iter().map(|&(j, d)| d * v(j)).sum()
     }
 }
@@ -206,10 +206,10 @@ mod tests {
             let d = s.upstream(st, None);
             for i in 0..s.len() {
                 let (ContactPatch { x, .. }, ix, _) = s.place(i);
-                let got = d.at(i, |j| 3.0 - 2.0 * s.point(j)[0]);
+                let got = d.derivative(i, |j| 3.0 - 2.0 * s.point(j)[0]);
                 assert!((got + 2.0).abs() < 1e-12, "node {i} {st:?}: {got}");
                 if ix >= 2 && st != Stencil::Upwind1 {
-                    let got = d.at(i, |j| s.point(j)[0].powi(2));
+                    let got = d.derivative(i, |j| s.point(j)[0].powi(2));
                     assert!((got - 2.0 * x[ix]).abs() < 1e-12, "node {i} {st:?}: {got}");
                 }
                 if ix >= 1 {
@@ -229,7 +229,7 @@ mod tests {
             let closed: Vec<bool> = (0..21).map(|j| s.point(j)[0] > edge).collect();
             let d = s.upstream(Stencil::Edge, Some((&gap, &closed)));
             for i in (0..21).filter(|&i| closed[i]) {
-                let got = d.at(i, |j| 1.0 + 4.0 * s.point(j)[0] - 7.0 * ahead(j));
+                let got = d.derivative(i, |j| 1.0 + 4.0 * s.point(j)[0] - 7.0 * ahead(j));
                 assert!((got - 4.0).abs() < 1e-11, "edge {edge}, node {i}: {got}");
             }
         }

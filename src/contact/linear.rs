@@ -109,7 +109,7 @@ pub(super) struct NormalBlock<'a> {
 
 impl<'a> NormalBlock<'a> {
     /// One with a `factor` of the `nodes` (ascending; none where it is of any).
-    pub fn of(factor: NormalFactor<'a>, nodes: Vec<usize>) -> Self {
+    pub fn new(factor: NormalFactor<'a>, nodes: Vec<usize>) -> Self {
         Self { factor: Some(factor), nodes, ..Self::default() }
     }
 

@@ -13,14 +13,14 @@ use super::steady::SteadyProblem;
 use crate::Result;
 
 /// The start of a solution: stresses, candidates and coefficients of friction, 1, `[n]`.
-pub(super) struct Begun<'a> {
+pub(super) struct InitialGuess<'a> {
     pub at: Reached,
     pub candidates: Candidates<'a>,
     pub friction: Vec<f64>,
 }
 
 /// The start of `problem` from nothing.
-pub(super) fn cold<'a>(problem: &SteadyProblem<'a>) -> Result<Begun<'a>> {
+pub(super) fn cold<'a>(problem: &SteadyProblem<'a>) -> Result<InitialGuess<'a>> {
     let s = problem.interface;
     let mut pressed = match s.are_points() {
         true => None,
@@ -58,7 +58,7 @@ pub(super) fn cold<'a>(problem: &SteadyProblem<'a>) -> Result<Begun<'a>> {
     if let Some(pressed) = pressed {
         candidates.factors.normal = pressed.block();
     }
-    Ok(Begun { at, candidates, friction })
+    Ok(InitialGuess { at, candidates, friction })
 }
 
 /// Tractions by the simplified theory.
@@ -95,7 +95,7 @@ fn press_again<'a>(
     let mean = u.iter().skip(2).step_by(3).sum::<f64>() / c.seen.len() as f64;
     let mut gap: Vec<f64> = s.gap.iter().map(|g| g + mean).collect();
     c.seen.iter().zip(u.chunks_exact(3)).for_each(|(&i, u)| gap[i] += u[2] - mean);
-    pressed.take(&gap);
+    pressed.set_gap(&gap);
     let normal = match pressed.settle() {
         Some(normal) if !normal.closed.iter().any(|&i| s.on_border(i)) => normal,
         _ => {

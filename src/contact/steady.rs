@@ -8,10 +8,13 @@ use super::loads::{Loads, NormalLoad};
 use super::memory::{self, coefficients, Sliding};
 use super::newton::{self, Effort, Reached};
 use super::patch::refuse_border;
-use super::start::{self, Begun};
+use super::start::{self, InitialGuess};
 use crate::friction::FrictionLaw;
 use crate::grid::{ContactPatch, Interface};
 use crate::{Error, Result};
+
+mod resultant;
+pub use resultant::PatchResultant;
 
 /// A steady rolling contact problem on an interface of n nodes.
 ///
@@ -103,43 +106,6 @@ pub struct SteadySolution {
     pub upstream: Upstream,
 }
 
-/// Resultant of the reactions of one contact patch on body 1, in the frame of the patch, and its approach.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct PatchResultant {
-    /// Contact force, N: (x, y, z); z is along the normal from body 1 to body 2, so the third is minus the normal
-    /// force.
-    pub force: [f64; 3],
-    /// Moment of the tractions about the normal through the origin of the patch, N·m.
-    pub moment_z: f64,
-    /// Approach δ, m: the gap is g0 − δ + deformation.
-    pub approach: f64,
-}
-
-impl PatchResultant {
-    /// Resultants of the nodal reactions (tx, ty, p), N, `[3n]`, on the patches of `s` with the approaches `approach`,
-    /// m, `[patches]`.
-    pub fn of_patches(s: &Interface, reaction: &[f64], approach: &[f64]) -> Vec<Self> {
-        let of = |(patch, &approach): (&ContactPatch, &f64)| {
-            let mut sum = Self { approach, ..Self::default() };
-            for (i, f) in patch.nodes().map(|i| (i, &reaction[3 * i..3 * i + 3])) {
-                let [x, y] = s.point(i);
-                sum.force[0] += f[0];
-                sum.force[1] += f[1];
-                sum.force[2] -= f[2];
-                sum.moment_z += x * f[1] - y * f[0];
-            }
-            sum
-        };
-        s.patches.iter().zip(approach).map(of).collect()
-    }
-
-    /// Sum of the forces, N, and of the moments, N·m, of `patches`, each in its own frame.
-    pub fn total(patches: &[Self]) -> ([f64; 3], f64) {
-        let force = [0, 1, 2].map(|c| patches.iter().map(|p| p.force[c]).sum());
-        (force, patches.iter().map(|p| p.moment_z).sum())
-    }
-}
-
 /// Stresses that a solution is begun with.
 pub(super) struct Start {
     /// Stresses (tx, ty, p), Pa, `[3n]`, pressed somewhere.
@@ -186,7 +152,7 @@ impl<'a> SteadyProblem<'a> {
         }
 
         let mut effort = Effort::default();
-        let Begun { mut at, mut candidates, mut friction } = match start {
+        let InitialGuess { mut at, mut candidates, mut friction } = match start {
             None => start::cold(self)?,
             Some(r) => {
                 let friction = r.friction.unwrap_or_else(|| self.friction_at_first(&r.stress));
@@ -202,7 +168,7 @@ impl<'a> SteadyProblem<'a> {
                     // The edge is looked at once the displacements are known.
                     _ => Candidates::new(self, &s.upstream(Stencil::Upwind2, None), wanted, &at.stress)?,
                 };
-                Begun { at, candidates, friction }
+                InitialGuess { at, candidates, friction }
             }
         };
         // In rare cases friction closes nodes outside the candidates taken from the frictionless contact: take them in.
@@ -254,7 +220,7 @@ impl<'a> SteadyProblem<'a> {
     /// Augmentation parameter of the friction law at node `i` times V, Pa: the inverse of the node's own creep per unit
     /// traction and speed.
     pub(super) fn rho_tangential(&self, upstream: &Upstream, i: usize) -> f64 {
-        let own = |c: usize| upstream.at(i, |j| self.compliance.get(3 * j + c, 3 * i + c));
+        let own = |c: usize| upstream.derivative(i, |j| self.compliance.get(3 * j + c, 3 * i + c));
         1.0 / (own(0).abs().max(own(1).abs()) * self.interface.weight[i])
     }
 
@@ -401,7 +367,7 @@ impl<'a> SteadyProblem<'a> {
         for i in 0..n {
             solution.creep[i] = s.rigid(&self.kinematics, i);
             for c in 0..2 {
-                solution.creep[i][c] += upstream.at(i, |j| solution.w[j][c]);
+                solution.creep[i][c] += upstream.derivative(i, |j| solution.w[j][c]);
             }
         }
         let speed = |i: usize| self.kinematics[s.patch_of(i)].speed;

@@ -34,7 +34,7 @@ impl UpwindReconstruction {
     }
 
     /// The course in a contact: `closed` says which of the three nodes are, `gap` is that of the upstream ones.
-    pub fn of(h: [f64; 2], closed: [bool; 3], gap: impl FnOnce() -> [f64; 2]) -> Self {
+    pub fn new(h: [f64; 2], closed: [bool; 3], gap: impl FnOnce() -> [f64; 2]) -> Self {
         match closed {
             [true, true, true] => UpwindReconstruction::Parabola,
             [true, false, false] => Self::edge(h, gap()).unwrap_or(UpwindReconstruction::Line),
@@ -100,7 +100,7 @@ mod tests {
     fn exact_for_lines_parabolas_and_what_grows_with_the_gap() {
         let (h, edge) = ([1.0, 2.2], -0.4);
         let ahead = |x: f64| f64::max(edge - x, 0.0).powf(1.5);
-        let at_edge = UpwindReconstruction::of(h, [true, false, false], || [7.0 * ahead(-1.0), 7.0 * ahead(-2.2)]);
+        let at_edge = UpwindReconstruction::new(h, [true, false, false], || [7.0 * ahead(-1.0), 7.0 * ahead(-2.2)]);
         let line = |x: f64| 1.0 - 2.0 * x;
         let (bent, grown) = (|x: f64| (x + 9.0).powi(2), |x: f64| line(x) - 0.3 * ahead(x));
         for travel in [0.0, 0.1, 0.3, 0.45, 0.8, 1.0] {
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn the_course_follows_from_what_is_closed() {
-        let of = |closed, gap| UpwindReconstruction::of([1.0, 2.0], closed, || gap);
+        let of = |closed, gap| UpwindReconstruction::new([1.0, 2.0], closed, || gap);
         assert_eq!(of([true; 3], [0.0; 2]), UpwindReconstruction::Parabola);
         assert_eq!(of([true, true, false], [0.0, 1.0]), UpwindReconstruction::Line);
         assert_eq!(of([false; 3], [1.0, 2.0]), UpwindReconstruction::Line);

@@ -99,7 +99,7 @@ impl Axle<'_> {
         let turning = (1.0 + motion.turning) / self.problem.bogie.wheel_radius;
         let kinematics = Kinematics { yaw: motion.yaw, roll: motion.roll, turning };
         let of = |places: &[ContactPlace]| -> Result<Vec<ContactForce>> {
-            let all = places.iter().map(|&p| ContactForce::at(self.problem, p, motion.height, kinematics));
+            let all = places.iter().map(|&p| ContactForce::at_height(self.problem, p, motion.height, kinematics));
             let mut all = all.collect::<Result<Vec<_>>>()?;
             let closed = all.iter().filter(|c| c.is_loaded()).count();
             all.sort_by(|a, b| b.approach.total_cmp(&a.approach));

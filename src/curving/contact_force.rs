@@ -67,7 +67,7 @@ pub(super) struct Kinematics {
 
 impl ContactForce {
     /// The force at `place` where the axle is `height` m below one radius over the rails' tops.
-    pub(super) fn at(
+    pub(super) fn at_height(
         problem: &CurvingProblem,
         place: ContactPlace,
         height: f64,

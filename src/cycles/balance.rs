@@ -18,6 +18,9 @@ type C = num_complex::Complex<f64>;
 
 /// Columns of Ψ that are shorter than this part of the longest one are left out of what acts at the contact.
 pub const LOSSLESS: f64 = 1e-4;
+/// Residual of the contact laws of a step relative to the normal force. Near a resonance the modes move a hundred times
+/// as far as a force that is not balanced moves the contact: that of a transient is too coarse for differences.
+const SHARP: f64 = 1e-13;
 /// Multiples of the frequency, at the least, whose motion is told.
 const TOLD: usize = 12;
 
@@ -49,7 +52,7 @@ impl<'a> Structure<'a> {
         let mut new = Self { model, basis, mix, zeros, poles, contact_poles, loaded: Vec::new() };
         let load: Vec<C> = new.model.load.iter().map(|l| C::new(*l, 0.0)).collect();
         if !load.is_empty() {
-            new.loaded = new.at_contact(&new.response(0.0, &load)?);
+            new.loaded = new.at_contact(&new.response(C::default(), &load)?);
         }
         Ok(new)
     }
@@ -205,6 +208,8 @@ pub struct Balance<'a, 's> {
     pub(super) course: Rc<RefCell<PrescribedMotion>>,
     /// Unit of the motion, m √kg.
     unit: f64,
+    /// Growth rate of the motion, 1/s.
+    growth: f64,
 }
 
 impl<'a, 's> Balance<'a, 's> {
@@ -240,14 +245,20 @@ impl<'a, 's> Balance<'a, 's> {
             )));
         }
         let start = state(vec![0.0; r], memory);
-        let settings = Settings { scheme: Scheme { step: 1e-5, theta: 0.5 }, ..conditions.settings.clone() };
+        let tolerance = conditions.settings.tolerance.min(SHARP);
+        let settings = Settings { scheme: Scheme { step: 1e-5, theta: 0.5 }, tolerance, ..conditions.settings.clone() };
         let stepper = Stepper::driven(model, settings, start, Box::new(Prescribed(course.clone())))?;
-        Ok(Self { structure, conditions, resolution, stepper, course, unit })
+        Ok(Self { structure, conditions, resolution, stepper, course, unit, growth: 0.0 })
     }
 
-    /// Number of the equations and of the coefficients of the motion: r (2H + 1).
-    pub fn size(&self) -> usize {
-        self.structure.rank() * (2 * self.resolution.harmonics + 1)
+    /// The same of motions whose harmonics grow with the rate `growth`, 1/s, as far as the modes are concerned.
+    pub(super) fn growing(self, growth: f64) -> Self {
+        Self { growth, ..self }
+    }
+
+    /// s_k, 1/s.
+    fn exponent(&self, k: usize, omega: f64, h: f64) -> C {
+        C::new(if k == 0 { 0.0 } else { self.growth }, discrete(k, omega, h))
     }
 
     /// Steps before the period whose forces are taken: as long as the material takes through the contact, and at a
@@ -312,7 +323,7 @@ impl<'a, 's> Balance<'a, 's> {
         let pushes: Vec<Vec<C>> = (0..samples.div_ceil(2)).map(|k| harmonic(&forces, k)).collect();
         let mut lack = Vec::with_capacity(z.len());
         for (k, push) in pushes.iter().enumerate().take(harmonics + 1) {
-            let seen = self.structure.contact_response(k, discrete(k, omega, h), push)?;
+            let seen = self.structure.contact_response(k, self.exponent(k, omega, h), push)?;
             let own = |part: usize, i: usize| z[r * part + i];
             if k == 0 {
                 lack.extend(seen.iter().enumerate().map(|(i, s)| s.re / self.unit - own(0, i)));
@@ -358,7 +369,7 @@ impl Structure<'_> {
             let s = discrete(k, omega, h);
             // Beyond what is told inertia alone is left.
             let moved = match k <= told || self.is_diagonal() {
-                true => self.response(s, &push)?,
+                true => self.response(C::new(0.0, s), &push)?,
                 false => push.iter().map(|p| -p / (s * s)).collect(),
             };
             kinetic += 0.25 * s * s * moved.iter().map(|q| q.norm_sqr()).sum::<f64>();

@@ -17,8 +17,8 @@ pub struct BranchExtent {
     pub most: usize,
     /// Longest step, in units of motion, frequency and key together.
     pub longest: f64,
-    /// Key by which special points are located, of the length of the range.
-    pub located: f64,
+    /// Key by which special points are located, of the length of the range; none where they are not looked for.
+    pub located: Option<f64>,
     /// True if multipliers are computed.
     pub stability: bool,
 }
@@ -258,8 +258,7 @@ impl Walk<'_, '_, '_> {
                     }
                     // That of a cycle further back may have led astray.
                     if !std::mem::replace(&mut renewed, true) {
-                        let lack = self.equations.march(&here.u)?.lack;
-                        self.jacobian = Some(self.equations.jacobian(&here.u, &lack)?);
+                        self.jacobian = Some(self.equations.jacobian(&here.u)?);
                     }
                 }
             }
@@ -285,8 +284,11 @@ impl Walk<'_, '_, '_> {
             return Ok(Some(BranchEnd::Rest));
         }
         let chord: Vec<f64> = point.u.iter().zip(&here.u).map(|(a, b)| a - b).collect();
-        let special = self.between(&state.points, &here, &point)?;
-        state.points.extend(special);
+        if let Some(located) = self.extent.located {
+            let tolerance = located * (high - low);
+            let special = self.between(&state.points, &here, &point, tolerance)?;
+            state.points.extend(special);
+        }
         state.ahead = chord.iter().map(|c| c / norm(&chord).max(f64::MIN_POSITIVE)).collect();
         point.special = None;
         state.points.push(point);

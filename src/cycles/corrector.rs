@@ -7,13 +7,18 @@
 
 use super::balance::{Balance, Conditions, ContactMemory, Marched, PeriodicSolution, Resolution, Structure};
 use crate::{Error, Result};
-use faer::linalg::solvers::Solve;
+use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::Mat;
 
 /// Dependence on the key.
 pub trait Family {
     /// Conditions at the value `key`; an error where the model does not hold there, whose text ends the branch.
     fn at(&self, key: f64) -> Result<Conditions>;
+
+    /// Growth rate, 1/s, that motions have at the value `key`; that of cycles is 0.
+    fn growth(&self, _key: f64) -> f64 {
+        0.0
+    }
 }
 
 /// The equations over motion, frequency and key.
@@ -62,12 +67,19 @@ const SOLVED: f64 = 1e-9;
 /// The same that is accepted where rounding and the tolerance of the contact leave no more.
 const ACCEPTED: f64 = 1e-7;
 const MOST_ITERATIONS: usize = 30;
+/// Correction relative to the motion at a solution, and the residual that may belong to it near a resonance.
+const SETTLED: f64 = 1e-8;
+const WITHIN: f64 = 1e-5;
+/// Correction that may be left of a motion that grows, which only leads to a cycle.
+const PASSING: f64 = 1e-6;
+/// Jacobians that are made for one solution, at the most.
+const MOST_JACOBIANS: usize = 2;
 /// Iterations after which a Jacobian that was updated is made anew.
 const PATIENCE: usize = 8;
 /// Differences relative to the motion and to the frequency, and to the unit of the key.
 const DIFFERENCE: [f64; 3] = [3e-6, 1e-7, 1e-6];
 
-impl Equations<'_, '_> {
+impl<'a> Equations<'_, 'a> {
     /// Number of coefficients of the motion.
     pub fn size(&self) -> usize {
         self.structure.rank() * (2 * self.resolution.harmonics + 1)
@@ -85,11 +97,24 @@ impl Equations<'_, '_> {
 
     /// The march at `u`.
     pub(super) fn march(&mut self, u: &[f64]) -> Result<Marched> {
-        let conditions = self.family.at(self.key_of(u))?;
+        let key = self.key_of(u);
+        let conditions = self.family.at(key)?;
         let (n, omega) = (self.size(), self.omega_of(u));
         self.marches += 1;
-        let mut balance = Balance::new(self.structure, &conditions, self.resolution, self.unit, &self.memory)?;
+        let mut balance = self.balance(&conditions, key)?;
         balance.march(&u[..n], omega, &self.memory)
+    }
+
+    /// Marches begin with the contact that a march at `u` ends with.
+    pub fn settle(&mut self, u: &[f64]) -> Result<()> {
+        self.memory = self.march(u)?.memory;
+        Ok(())
+    }
+
+    /// The equations under `conditions`, those at `key`.
+    fn balance<'s>(&'s self, conditions: &'s Conditions, key: f64) -> Result<Balance<'a, 's>> {
+        let balance = Balance::new(self.structure, conditions, self.resolution, self.unit, &self.memory)?;
+        Ok(balance.growing(self.family.growth(key)))
     }
 
     /// Size of the motion beside its mean.
@@ -97,8 +122,10 @@ impl Equations<'_, '_> {
         norm(&u[self.structure.rank()..self.size()])
     }
 
-    /// The Jacobian at `u`, where the march gives `lack`: `[size, size + 2]`.
-    pub(super) fn jacobian(&mut self, u: &[f64], lack: &[f64]) -> Result<Mat<f64>> {
+    /// The Jacobian at `u`, `[size, size + 2]`. All marches for it begin with the same contact: what it has not yet
+    /// forgotten at their end is far more than such small differences.
+    pub(super) fn jacobian(&mut self, u: &[f64]) -> Result<Mat<f64>> {
+        let lack = self.march(u)?.lack;
         let (n, omega, key) = (self.size(), self.omega_of(u), self.key_of(u));
         let conditions = self.family.at(key)?;
         let memory = self.memory.clone();
@@ -106,7 +133,7 @@ impl Equations<'_, '_> {
         let mut set = |column: usize, found: &[f64], by: f64| {
             (0..n).for_each(|i| j[(i, column)] = (found[i] - lack[i]) / by);
         };
-        let mut balance = Balance::new(self.structure, &conditions, self.resolution, self.unit, &memory)?;
+        let mut balance = self.balance(&conditions, key)?;
         let by = DIFFERENCE[0] * self.amplitude(u).max(1e-6);
         let mut z = u[..n].to_vec();
         for column in 0..n {
@@ -116,16 +143,26 @@ impl Equations<'_, '_> {
         }
         let by = DIFFERENCE[1] * u[n];
         set(n, &balance.march(&z, omega + self.omega * by, &memory)?.lack, by);
+        drop(balance);
+        self.marches += n + 1;
+        self.key_column(&mut j, u)?;
+        Ok(j)
+    }
+
+    /// Makes the column of the key of a Jacobian at `u`.
+    pub fn key_column(&mut self, j: &mut Mat<f64>, u: &[f64]) -> Result<()> {
+        let lack = self.march(u)?.lack;
+        let (n, omega, key) = (self.size(), self.omega_of(u), self.key_of(u));
         let by = DIFFERENCE[2];
         // On the other side where the model does not hold on the first.
         let (by, beside) = match self.family.at(key + self.key[1] * by) {
             Ok(conditions) => (by, conditions),
             Err(_) => (-by, self.family.at(key - self.key[1] * by)?),
         };
-        let mut balance = Balance::new(self.structure, &beside, self.resolution, self.unit, &memory)?;
-        set(n + 1, &balance.march(&z, omega, &memory)?.lack, by);
-        self.marches += n + 2;
-        Ok(j)
+        let found = self.balance(&beside, key + self.key[1] * by)?.march(&u[..n], omega, &self.memory)?.lack;
+        (0..n).for_each(|i| j[(i, n + 1)] = (found[i] - lack[i]) / by);
+        self.marches += 1;
+        Ok(())
     }
 
     /// The phase condition about the motion of `u`: no part of the change lies along its velocity.
@@ -152,42 +189,53 @@ impl Equations<'_, '_> {
         jacobian: &mut Option<Mat<f64>>,
     ) -> Result<Corrected> {
         let mut found = self.march(&u)?;
-        let mut fresh = false;
-        let mut since = 0;
-        let apart = |found: &Marched, u: &[f64]| {
-            let rows = conditions.iter().map(|c| c.apart(u).powi(2)).sum::<f64>();
-            (found.lack.iter().map(|v| v * v).sum::<f64>() + rows).sqrt()
+        let (mut made, mut since) = (0, 0);
+        let residual = |lack: &[f64], u: &[f64]| -> Vec<f64> {
+            lack.iter().copied().chain(conditions.iter().map(|c| c.apart(u))).collect()
         };
-        let mut error = apart(&found, &u);
+        let mut error = norm(&residual(&found.lack, &u));
         let mut best = f64::INFINITY;
         for iteration in 0..MOST_ITERATIONS {
             self.memory = found.memory.clone();
             let aim = self.amplitude(&u).max(1e-3);
             best = best.min(error / aim);
             // A solution whose contact has not settled is looked at once more.
-            if error <= SOLVED * aim || (iteration > 1 && since > 2 && error <= ACCEPTED * aim && fresh) {
+            if error <= SOLVED * aim || (iteration > 1 && since > 2 && error <= ACCEPTED * aim && made > 0) {
                 // A cycle that was a solution to begin with has none yet.
                 if jacobian.is_none() {
-                    *jacobian = Some(self.jacobian(&u, &found.lack)?);
+                    *jacobian = Some(self.jacobian(&u)?);
                 }
                 let cycle = self.structure.solution(found, self.resolution.harmonics)?;
                 return Ok(Corrected { u, cycle, iterations: iteration });
             }
-            if jacobian.is_none() || (since >= PATIENCE && !fresh) {
-                *jacobian = Some(self.jacobian(&u, &found.lack)?);
-                (fresh, since) = (true, 0);
+            if jacobian.is_none() || (since >= PATIENCE && made < MOST_JACOBIANS) {
+                *jacobian = Some(self.jacobian(&u)?);
+                (made, since) = (made + 1, 0);
             }
             let Some(j) = jacobian.as_mut() else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
-            let step = solve(j, conditions, &found.lack, &u)?;
+            let system = bordered(j, [&conditions[0].row, &conditions[1].row]).partial_piv_lu();
+            let step = correction(&system, &residual(&found.lack, &u))?;
+            let size = norm(&step);
+            // Near a resonance a force that is hardly wrong moves the modes far: what counts is the correction that a
+            // residual asks for (P. Deuflhard, Newton Methods for Nonlinear Problems, 2004, natural monotonicity).
+            let settled = match self.family.growth(self.key_of(&u)) == 0.0 {
+                true => made > 0 && iteration > 1 && size <= SETTLED * aim,
+                false => iteration > 0 && size <= PASSING * aim,
+            };
+            if settled && error <= WITHIN * aim {
+                let cycle = self.structure.solution(found, self.resolution.harmonics)?;
+                return Ok(Corrected { u, cycle, iterations: iteration });
+            }
             let mut factor = 1.0;
-            let mut last: Option<(Vec<f64>, Marched, f64)> = None;
+            let mut last: Option<(Vec<f64>, Marched, [f64; 2])> = None;
             for _ in 0..4 {
                 let next: Vec<f64> = u.iter().zip(&step).map(|(u, s)| u + factor * s).collect();
                 match self.march(&next) {
                     Ok(there) => {
-                        let e = apart(&there, &next);
-                        let better = e < (1.0 - 0.1 * factor) * error;
-                        last = Some((next, there, e));
+                        let now = residual(&there.lack, &next);
+                        let sizes = [norm(&now), norm(&correction(&system, &now)?)];
+                        let better = sizes[0] < (1.0 - 0.1 * factor) * error || sizes[1] < (1.0 - 0.25 * factor) * size;
+                        last = Some((next, there, sizes));
                         if better {
                             break;
                         }
@@ -197,16 +245,16 @@ impl Equations<'_, '_> {
                 }
                 factor *= 0.4;
             }
-            let Some((next, there, e)) = last else {
+            let Some((next, there, [e, natural])) = last else {
                 return Err(Error::NotConverged("limit cycles: the contact of a march does not converge".into()));
             };
             let moved: Vec<f64> = next.iter().zip(&u).map(|(a, b)| a - b).collect();
             update(j, &moved, &found.lack, &there.lack);
             since += 1;
-            if e > 0.5 * error && !fresh {
+            if e > 0.5 * error && natural > 0.5 * size && made < MOST_JACOBIANS {
                 since = PATIENCE;
             }
-            if e > 0.7 * error && fresh && since > PATIENCE {
+            if e > 0.7 * error && natural > 0.7 * size && made == MOST_JACOBIANS && since > PATIENCE {
                 break;
             }
             (u, found, error) = (next, there, e);
@@ -252,13 +300,10 @@ fn bordered(j: &Mat<f64>, rows: [&Vec<f64>; 2]) -> Mat<f64> {
     Mat::from_fn(n + 2, n + 2, |i, k| if i < n { j[(i, k)] } else { rows[i - n][k] })
 }
 
-/// The Newton step.
-fn solve(j: &Mat<f64>, conditions: &[Condition; 2], lack: &[f64], u: &[f64]) -> Result<Vec<f64>> {
-    let n = j.nrows();
-    let a = bordered(j, [&conditions[0].row, &conditions[1].row]);
-    let b = Mat::from_fn(n + 2, 1, |i, _| -if i < n { lack[i] } else { conditions[i - n].apart(u) });
-    let x = a.partial_piv_lu().solve(b);
-    let step: Vec<f64> = (0..n + 2).map(|i| x[(i, 0)]).collect();
+/// The correction that a residual asks for, with the bordered Jacobian `system`.
+fn correction(system: &PartialPivLu<f64>, residual: &[f64]) -> Result<Vec<f64>> {
+    let x = system.solve(Mat::from_fn(residual.len(), 1, |i, _| -residual[i]));
+    let step: Vec<f64> = (0..residual.len()).map(|i| x[(i, 0)]).collect();
     match step.iter().all(|v| v.is_finite()) {
         true => Ok(step),
         false => Err(Error::NotConverged("limit cycles: the Jacobian is singular".into())),

@@ -13,10 +13,11 @@
 //! where h = 2π/(Nω) is the step of the march. s_k is ikω as the θ-method of the transient has it for θ = ½: up to the
 //! harmonics left out, a solution is a cycle of the transient in steps of h.
 
-pub mod balance;
-pub mod branch;
-pub mod corrector;
-pub mod floquet;
+pub(crate) mod balance;
+pub(crate) mod branch;
+pub(crate) mod corrector;
+pub(crate) mod floquet;
+mod growing;
 mod hill;
 mod kept;
 mod kernel;
@@ -27,6 +28,7 @@ mod special;
 #[cfg(test)]
 mod tests;
 
-pub use balance::{Balance, Conditions, ContactMemory, PeriodicSolution, Resolution, Structure};
+pub use balance::{Conditions, ContactMemory, PeriodicSolution, Resolution, Structure};
 pub use branch::{BranchEnd, BranchExtent, BranchPoint, BranchState, Family, Special, SpecialKind};
-pub use floquet::{multipliers, Multipliers};
+pub use floquet::multipliers;
+pub use growing::{cycle_of_mode, GrowingMotion};

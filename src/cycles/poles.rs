@@ -41,14 +41,14 @@ impl Poles {
         parts.into_iter().map(|modes| Component::new(model, modes)).collect::<Result<_>>().map(Self)
     }
 
-    /// Modal amplitudes under the modal forces `force`, `[m]`, of the angular frequency `s`, rad/s.
-    pub(super) fn response(&self, s: f64, force: &[C]) -> Vec<C> {
+    /// Modal amplitudes under the modal forces `force`, `[m]`, that go with exp(st), s in 1/s.
+    pub(super) fn response(&self, s: C, force: &[C]) -> Vec<C> {
         let mut out = vec![C::default(); force.len()];
         for part in &self.0 {
             let n = part.modes.len();
             for (j, lambda) in part.lambda.iter().enumerate() {
                 let load: C = (0..n).map(|k| part.left[(j, k)] * force[part.modes[k]]).sum();
-                let motion = load / (C::new(0.0, s) - lambda);
+                let motion = load / (s - lambda);
                 (0..n).for_each(|k| out[part.modes[k]] += part.right[(k, j)] * motion);
             }
         }
@@ -190,7 +190,7 @@ mod tests {
         assert_eq!(poles.0.iter().map(|p| p.modes.clone()).collect::<Vec<_>>(), [vec![0, 1], vec![2]]);
         let force = [Complex::new(1.0, 0.5), Complex::new(-2.0, 0.0), Complex::new(0.3, 0.7)];
         for s in [0.0, 305.0, 1000.0] {
-            let q = poles.response(s, &force);
+            let q = poles.response(Complex::new(0.0, s), &force);
             for i in 0..3 {
                 let inertia = (omega[i] * omega[i] - s * s) * q[i];
                 let resistance: Complex<f64> = (0..3).map(|j| Complex::new(0.0, s * damping[(i, j)]) * q[j]).sum();

@@ -13,25 +13,25 @@ pub(super) fn discrete(k: usize, omega: f64, h: f64) -> f64 {
 }
 
 impl Structure<'_> {
-    /// Modal amplitudes (K − s² + isC)⁻¹ f under modal forces `force`, `[m]`, of the angular frequency `s`, rad/s.
-    pub(super) fn response(&self, s: f64, force: &[C]) -> Result<Vec<C>> {
+    /// Modal amplitudes (K + s² + sC)⁻¹ f under modal forces `force`, `[m]`, that go with exp(st), s in 1/s.
+    pub(super) fn response(&self, s: C, force: &[C]) -> Result<Vec<C>> {
         let model = &self.model;
         if let (ModalMatrix::Diagonal(k), ModalMatrix::Diagonal(c)) = (&model.stiffness, &model.damping) {
-            let one = |(i, f): (usize, &C)| f / C::new(k[i] - s * s, s * c[i]);
+            let one = |(i, f): (usize, &C)| f / (s * s + s * c[i] + k[i]);
             return checked(force.iter().enumerate().map(one).collect());
         }
         checked(self.poles.response(s, force))
     }
 
-    /// Motion of what acts at the contact under forces on it, `[r]`, of the multiple `k` of the frequency, whose
-    /// angular frequency is `s`, rad/s.
-    pub(super) fn contact_response(&self, k: usize, s: f64, push: &[C]) -> Result<Vec<C>> {
+    /// Motion of what acts at the contact under forces on it, `[r]`, of the multiple `k` of the frequency, which goes
+    /// with exp(st), s in 1/s.
+    pub(super) fn contact_response(&self, k: usize, s: C, push: &[C]) -> Result<Vec<C>> {
         let mut out = if self.is_diagonal() {
             self.at_contact(&self.response(s, &self.spread(push))?)
         } else {
             let mut out = vec![C::default(); self.rank()];
             for (lambda, motion, load) in &self.contact_poles {
-                let amplitude = load.iter().zip(push).map(|(l, p)| l * p).sum::<C>() / (C::new(0.0, s) - lambda);
+                let amplitude = load.iter().zip(push).map(|(l, p)| l * p).sum::<C>() / (s - lambda);
                 out.iter_mut().zip(motion).for_each(|(o, x)| *o += x * amplitude);
             }
             checked(out)?

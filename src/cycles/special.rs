@@ -24,23 +24,24 @@ const EVENTS: [(SpecialKind, Happens); 2] = [
 ];
 
 impl Walk<'_, '_, '_> {
-    /// Special points between the last points of a branch, `here`, and the next one.
+    /// Special points between the last points of a branch, `here`, and the next one, to `tolerance` of the key.
     pub(super) fn between(
         &mut self,
         points: &[BranchPoint],
         here: &BranchPoint,
         there: &BranchPoint,
+        tolerance: f64,
     ) -> Result<Vec<BranchPoint>> {
         let mut found: Vec<BranchPoint> = Vec::new();
         let ordinary: Vec<&BranchPoint> = points.iter().filter(|p| p.special.is_none()).collect();
         let before = ordinary.len().checked_sub(2).map(|k| ordinary[k]);
         let before = before.filter(|b| (here.key - b.key) * (there.key - here.key) < 0.0);
         if let Some(before) = before {
-            found.extend(self.fold(before, here, there)?);
+            found.extend(self.fold([before, here, there], tolerance)?);
         }
         for (kind, of) in EVENTS {
             if of(&here.cycle) != of(&there.cycle) {
-                found.push(self.event(here, there, kind, of)?);
+                found.push(self.event([here, there], (kind, of), tolerance)?);
             }
         }
         if let (Some(a), Some(b)) = (&here.multipliers, &there.multipliers) {
@@ -48,7 +49,7 @@ impl Walk<'_, '_, '_> {
             let change = a.unstable().abs_diff(b.unstable());
             // At a fold one multiplier passes through +1 anyway.
             if change > usize::from(folds) || (change == 1 && !folds) {
-                found.extend(self.passage(here, there)?);
+                found.extend(self.passage(here, there, tolerance)?);
             }
         }
         Ok(found)
@@ -56,8 +57,7 @@ impl Walk<'_, '_, '_> {
 
     /// The fold near `middle`, where the key is largest or smallest: parabolas through three cycles, and the golden
     /// section where they lead nowhere.
-    fn fold(&mut self, before: &BranchPoint, middle: &BranchPoint, after: &BranchPoint) -> Result<Option<BranchPoint>> {
-        let tolerance = self.extent.located * (self.extent.range[1] - self.extent.range[0]);
+    fn fold(&mut self, [before, middle, after]: [&BranchPoint; 3], tolerance: f64) -> Result<Option<BranchPoint>> {
         let chord: Vec<f64> = after.u.iter().zip(&before.u).map(|(a, b)| a - b).collect();
         let length = norm(&chord);
         let row: Vec<f64> = chord.iter().map(|c| c / length).collect();
@@ -107,12 +107,10 @@ impl Walk<'_, '_, '_> {
     /// The cycle between two at which what `of` says changes, by bisection.
     fn event(
         &mut self,
-        here: &BranchPoint,
-        there: &BranchPoint,
-        kind: SpecialKind,
-        of: Happens,
+        [here, there]: [&BranchPoint; 2],
+        (kind, of): (SpecialKind, Happens),
+        tolerance: f64,
     ) -> Result<BranchPoint> {
-        let tolerance = self.extent.located * (self.extent.range[1] - self.extent.range[0]);
         let (mut low, mut high) = ((0.0, here.key), (1.0, there.key));
         let begins = of(&here.cycle);
         let mut best: Option<Corrected> = None;
@@ -141,8 +139,7 @@ impl Walk<'_, '_, '_> {
     }
 
     /// The cycle between two at which a multiplier passes the unit circle.
-    fn passage(&mut self, here: &BranchPoint, there: &BranchPoint) -> Result<Option<BranchPoint>> {
-        let tolerance = self.extent.located * (self.extent.range[1] - self.extent.range[0]);
+    fn passage(&mut self, here: &BranchPoint, there: &BranchPoint, tolerance: f64) -> Result<Option<BranchPoint>> {
         let [a, b] = [&here.multipliers, &there.multipliers];
         let (Some(a), Some(b)) = (a, b) else { return Ok(None) };
         let count = a.unstable().min(b.unstable());

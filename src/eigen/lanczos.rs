@@ -56,7 +56,7 @@ pub struct Sizes {
 impl Sizes {
     /// For `count` pairs, as measured: wider blocks take more right-hand sides in all and larger bases, narrower ones
     /// more passes through the factor.
-    pub fn of(count: usize) -> Self {
+    pub fn for_count(count: usize) -> Self {
         Self { block: BLOCK, subspace: (2 * count + 4 * BLOCK).max(count + 6 * BLOCK) }
     }
 
@@ -220,7 +220,7 @@ impl Lanczos<'_> {
             let dimension = self.dimension();
             let against = Against { deflated: self.deflated, basis: columns(&self.basis, n, dimension) };
             self.pencil.mass(&x, &mut w, missing);
-            against.take(world, &mut x, &w, missing);
+            against.project_out(world, &mut x, &w, missing);
             self.pencil.mass(&x, &mut w, missing);
             self.shifted.solve(&mut w, missing)?;
             self.solves += missing;

@@ -7,7 +7,7 @@ mod block;
 mod check;
 mod lanczos;
 mod orthonormal;
-pub mod projection;
+pub(crate) mod projection;
 pub mod quadratic;
 mod slices;
 pub mod sparse;
@@ -49,7 +49,7 @@ pub trait Shifted {
     fn below(&self) -> u64;
     /// Block and basis for `count` pairs, by what a pass through the inverse costs.
     fn sizes(&self, count: usize) -> Sizes {
-        Sizes::of(count)
+        Sizes::for_count(count)
     }
 }
 

@@ -23,7 +23,7 @@ pub(super) struct Against<'a> {
 
 impl Against<'_> {
     /// Collective: w −= V Vᵀ M w for `p` columns with `mass` = M w; returns the coefficients in the basis.
-    pub fn take(&self, world: &World, w: &mut [f64], mass: &[f64], p: usize) -> Mat<f64> {
+    pub fn project_out(&self, world: &World, w: &mut [f64], mass: &[f64], p: usize) -> Mat<f64> {
         let mass = columns(mass, self.basis.nrows(), p);
         let deflated = gram(world, self.deflated, mass);
         let h = gram(world, self.basis, mass);
@@ -60,7 +60,7 @@ pub(super) fn orthonormalise(
     let mut inner = Mat::zeros(p, p);
     for _ in 0..2 {
         pencil.mass(w, mass, p);
-        let h = against.take(world, w, mass, p);
+        let h = against.project_out(world, w, mass, p);
         taken += &h;
         pencil.mass(w, mass, p);
         inner = gram(world, columns(w, n, p), columns(mass, n, p));
@@ -144,7 +144,7 @@ fn one_by_one(
             let among = gram(world, columns(&kept, n, rank), columns(&mx, n, 1));
             subtract(&mut x, columns(&kept, n, rank), among.as_ref());
             (0..rank).for_each(|i| factors[(i, j)] += among[(i, 0)]);
-            let h = against.take(world, &mut x, &mx, 1);
+            let h = against.project_out(world, &mut x, &mx, 1);
             (0..h.nrows()).for_each(|i| taken[(i, j)] += h[(i, 0)]);
             pencil.mass(&x, &mut mx, 1);
             let before = length;

@@ -86,14 +86,14 @@ impl Pencil for Matrices<'_> {
 }
 
 /// A factor of K − σM.
-pub struct At<'f, 'w> {
+pub struct ShiftedFactor<'f, 'w> {
     /// The factor.
     pub factor: &'f mut Factor<'w>,
     /// σ.
     pub sigma: f64,
 }
 
-impl Shifted for At<'_, '_> {
+impl Shifted for ShiftedFactor<'_, '_> {
     fn sigma(&self) -> f64 {
         self.sigma
     }
@@ -114,7 +114,7 @@ impl Shifted for At<'_, '_> {
 fn sizes(factor: &Factor, count: usize) -> Sizes {
     match factor.on_disk() {
         true => Sizes::few_passes(count),
-        false => Sizes::of(count),
+        false => Sizes::for_count(count),
     }
 }
 
@@ -160,7 +160,7 @@ impl Shifted for Sliding<'_> {
     }
 
     fn sizes(&self, count: usize) -> Sizes {
-        self.factor().map_or(Sizes::of(count), |factor| sizes(factor, count))
+        self.factor().map_or(Sizes::for_count(count), |factor| sizes(factor, count))
     }
 }
 
@@ -217,14 +217,14 @@ pub fn modes(
 ) -> Result<Modes> {
     let ModesOptions { sigma, count, method, .. } = options;
     if *method == Method::Blocks {
-        let mut first = At { factor, sigma: *sigma };
+        let mut first = ShiftedFactor { factor, sigma: *sigma };
         // Above the lowest eigenvalue the nearest ones lie on both sides.
         return match *count > SLICED && first.below() == 0 {
             true => lowest(pencil, &mut first, &mut Sliding::new(pencil), *count, progress),
             false => nearest(pencil, &mut first, *count, progress),
         };
     }
-    by_slepc(petsc, pencil, &mut At { factor, sigma: *sigma }, options, progress)
+    by_slepc(petsc, pencil, &mut ShiftedFactor { factor, sigma: *sigma }, options, progress)
 }
 
 /// Collective: the pairs nearest to the shift of `first` by SLEPc, beside those that `pencil` knows.

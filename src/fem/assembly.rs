@@ -83,7 +83,7 @@ impl<'a> Assembly<'a> {
                     continue;
                 }
                 let own = dofs.local[na as usize];
-                let row = (own - dofs.begin()) as usize;
+                let row = (own - dofs.first()) as usize;
                 let begins = [0, 1, 2].map(|c| matrix.indptr[row + c]);
                 let length = matrix.indptr[row + 1] - begins[0];
                 for (b, &nb) in cell.nodes.iter().enumerate() {
@@ -125,7 +125,7 @@ impl<'a> Assembly<'a> {
                     if node as usize >= part.owned || dofs.local[node as usize] == FIXED {
                         continue;
                     }
-                    let row = (dofs.local[node as usize] - dofs.begin()) as usize;
+                    let row = (dofs.local[node as usize] - dofs.first()) as usize;
                     (0..3).for_each(|c| load[row + c] += value * force[c]);
                 }
             }
@@ -166,7 +166,7 @@ impl<'a> Assembly<'a> {
             }
         }
         let values = vec![0.0; cols.len()];
-        let stored = if half { Stored::Lower { first: dofs.begin() } } else { Stored::Whole };
+        let stored = if half { Stored::Lower { first: dofs.first() } } else { Stored::Whole };
         DistCsr { ranges: dofs.ranges.clone(), indptr, cols, values, stored }
     }
 }

@@ -64,7 +64,7 @@ impl DofMap {
     }
 
     /// First degree of freedom of this rank.
-    pub fn begin(&self) -> u64 {
+    pub fn first(&self) -> u64 {
         self.ranges[self.rank]
     }
 

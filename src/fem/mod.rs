@@ -2,7 +2,7 @@
 
 pub mod assembly;
 pub mod dofs;
-pub mod element;
+pub(crate) mod element;
 pub mod forms;
 pub mod rotation;
 pub mod stress;

@@ -110,7 +110,7 @@ impl<'a> Surface<'a> {
             let (row, column, _) = same[0];
             matrix.cols.push(column as u32);
             matrix.values.push(same.iter().map(|e| e.2).sum());
-            matrix.indptr[(row - dofs.begin()) as usize + 1] += 1;
+            matrix.indptr[(row - dofs.first()) as usize + 1] += 1;
         }
         for i in 0..dofs.owned() {
             matrix.indptr[i + 1] += matrix.indptr[i];

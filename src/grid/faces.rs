@@ -44,7 +44,7 @@ pub struct Piece {
 
 /// The shape functions of a face at a point.
 #[derive(Debug, Clone, Copy)]
-pub struct At<'f> {
+pub struct FaceShapeFunctions<'f> {
     /// Nodes of the face in the mesh.
     pub nodes: &'f [u32],
     /// Their shape functions; the first ones count.
@@ -119,7 +119,7 @@ impl Faces {
     ///
     /// # Errors
     /// No such group; a face between two cells.
-    pub fn of(mesh: &Mesh, group: &str) -> Result<Self> {
+    pub fn from_group(mesh: &Mesh, group: &str) -> Result<Self> {
         mesh.require_group(group, "the mesh")?;
         let facets = &mesh.groups[group];
         if let Some(k) = mesh.cells.sharing(facets).iter().position(|&n| n > 1) {
@@ -160,7 +160,7 @@ impl Faces {
     ///
     /// # Errors
     /// A face there that looks down, or is steep.
-    pub fn around(&self, half: [f64; 2]) -> Result<Vec<&Piece>> {
+    pub fn pieces_within(&self, half: [f64; 2]) -> Result<Vec<&Piece>> {
         let far = FAR * half[0].max(half[1]);
         let found: Vec<&Piece> = self.pieces.iter().filter(|p| p.reaches(half) && p.is_near(far)).collect();
         let place = |p: &Piece| {
@@ -191,18 +191,18 @@ impl Faces {
     }
 
     /// The shape functions at the point `p` of a piece.
-    pub fn at(&self, piece: &Piece, p: Plane) -> At<'_> {
+    pub fn shape_functions(&self, piece: &Piece, p: Plane) -> FaceShapeFunctions<'_> {
         let face = &self.faces[piece.face];
         let weights = barycentric(p, piece.plan);
         let start = [0, 1].map(|c| (0..3).map(|k| weights[k] * piece.own[k][c]).sum());
         let own = face.own(p, start);
-        At { nodes: &face.nodes, values: face.kind.shape(own), z: face.place(own)[2] }
+        FaceShapeFunctions { nodes: &face.nodes, values: face.kind.shape(own), z: face.place(own)[2] }
     }
 
     /// Height of the surface over the point `p`, m: that of the highest face that looks up; none where there is none.
     pub fn height(&self, p: Plane) -> Option<f64> {
         let inside = |t: &&Piece| t.up > 0.0 && barycentric(p, t.plan).iter().all(|v| *v >= -EDGE);
-        self.pieces.iter().filter(inside).map(|t| self.at(t, p).z).max_by(f64::total_cmp)
+        self.pieces.iter().filter(inside).map(|t| self.shape_functions(t, p).z).max_by(f64::total_cmp)
     }
 
     /// Ends of the group along x and y, m.
@@ -317,7 +317,7 @@ mod tests {
     /// Curvatures, heights and sizes of a crowned wheel, as its nodes show them.
     #[test]
     fn a_round_surface_is_seen() {
-        let faces = Faces::of(&wheel(), "contact").expect("faces");
+        let faces = Faces::from_group(&wheel(), "contact").expect("faces");
         let [[xx, xy], [_, yy]] = faces.curvatures().expect("a parabola");
         assert!((xx - 2.0).abs() < 1e-3 && (yy - 1.0 / 0.3).abs() < 2e-3 && xy.abs() < 1e-9, "{xx} {xy} {yy}");
         // A face is flat between its nodes: half way it lies lower by a quarter of what the node is lower.
@@ -335,9 +335,9 @@ mod tests {
     fn steep_faces_are_refused() {
         let mut mesh = wheel();
         mesh.nodes.iter_mut().for_each(|p| p[2] -= if p[0] > 3e-3 { 2e-3 * (p[0] - 3e-3) / 2e-3 } else { 0.0 });
-        let faces = Faces::of(&mesh, "contact").expect("faces");
-        let error = faces.around([7e-3; 2]).expect_err("it is steep").to_string();
+        let faces = Faces::from_group(&mesh, "contact").expect("faces");
+        let error = faces.pieces_within([7e-3; 2]).expect_err("it is steep").to_string();
         assert!(error.contains("rad steep") && error.contains("x = 0.0"), "{error}");
-        assert!(!faces.around([1.9e-3; 2]).expect("faces").is_empty());
+        assert!(!faces.pieces_within([1.9e-3; 2]).expect("faces").is_empty());
     }
 }

@@ -78,7 +78,7 @@ pub fn averages(faces: &Faces, x: &[f64], y: &[f64]) -> Result<(Vec<Weights>, Ve
     let rule = Rule::new();
     let mut rows = vec![BTreeMap::<u32, f64>::new(); nx * ny];
     let mut area = vec![0.0; nx * ny];
-    let pieces = faces.around(half)?;
+    let pieces = faces.pieces_within(half)?;
     for piece in &pieces {
         let span = |c: usize, line: &[f64]| {
             let at = || piece.plan.iter().map(|p| p[c]);
@@ -90,7 +90,7 @@ pub fn averages(faces: &Faces, x: &[f64], y: &[f64]) -> Result<(Vec<Weights>, Ve
             for i in span(0, x) {
                 let polygon = clipped(piece.plan, [x[i], y[j]], [x[i + 1], y[j + 1]]);
                 for (p, weight) in rule.points(&polygon) {
-                    let at = faces.at(piece, p);
+                    let at = faces.shape_functions(piece, p);
                     let (s, t) = ((p[0] - x[i]) / (x[i + 1] - x[i]), (p[1] - y[j]) / (y[j + 1] - y[j]));
                     for (a, b, n) in
                         [(0, 0, (1.0 - s) * (1.0 - t)), (1, 0, s * (1.0 - t)), (0, 1, (1.0 - s) * t), (1, 1, s * t)]
@@ -117,7 +117,7 @@ pub fn averages(faces: &Faces, x: &[f64], y: &[f64]) -> Result<(Vec<Weights>, Ve
     let height = |k: usize| {
         let place = [x[k % nx], y[k / nx]];
         let piece = faces.over(&pieces, place).ok_or_else(|| uncovered(faces, place, 0.0))?;
-        Ok(faces.at(piece, place).z)
+        Ok(faces.shape_functions(piece, place).z)
     };
     // At the node: a mean would lie below a round surface.
     let z = (0..nx * ny).map(height).collect::<Result<_>>()?;
@@ -147,7 +147,7 @@ fn uncovered(faces: &Faces, p: [f64; 2], found: f64) -> Error {
 /// # Errors
 /// A place of the disc where there is no face; faces that look down or are steep.
 pub fn means(faces: &Faces, radius: f64) -> Result<DiscAverage> {
-    let pieces = faces.around([radius; 2])?;
+    let pieces = faces.pieces_within([radius; 2])?;
     let mut weights = [const { BTreeMap::<u32, f64>::new() }; 3];
     for (place, weight) in disc(radius) {
         let Some(piece) = faces.over(&pieces, place) else {
@@ -161,7 +161,7 @@ pub fn means(faces: &Faces, radius: f64) -> Result<DiscAverage> {
                 place[0], place[1]
             )));
         };
-        let at = faces.at(piece, place);
+        let at = faces.shape_functions(piece, place);
         for (sum, factor) in weights.iter_mut().zip([1.0, place[0], place[1]]) {
             for (&node, value) in at.nodes.iter().zip(at.values) {
                 *sum.entry(node).or_default() += weight * factor * value;
@@ -240,7 +240,7 @@ mod tests {
     fn means_on_faces_that_fit_no_grid() {
         for kind in CellKind::ALL {
             let mesh = block(kind);
-            let (rows, z) = averages(&Faces::of(&mesh, "top").expect("faces"), &X, &Y).expect("means");
+            let (rows, z) = averages(&Faces::from_group(&mesh, "top").expect("faces"), &X, &Y).expect("means");
             assert!(z.iter().all(|z| z.abs() < 1e-14));
             for (k, row) in rows.iter().enumerate() {
                 let of =
@@ -270,7 +270,7 @@ mod tests {
         let (x, y) = ([-0.15, -0.06, 0.02, 0.15], [-0.1, 0.03, 0.1]);
         for kind in CellKind::ALL {
             let mesh = block(kind);
-            let faces = Faces::of(&mesh, "top").expect("faces");
+            let faces = Faces::from_group(&mesh, "top").expect("faces");
             let (rows, _) = averages(&faces, &x, &y).expect("means");
             let side = |line: &[f64], i: usize| 0.5 * (line[(i + 1).min(line.len() - 1)] - line[i.saturating_sub(1)]);
             let mut found = BTreeMap::<u32, f64>::new();
@@ -304,7 +304,8 @@ mod tests {
     fn means_over_a_disc() {
         for kind in CellKind::ALL {
             let mesh = block(kind);
-            let DiscAverage { weights, .. } = means(&Faces::of(&mesh, "top").expect("faces"), 0.06).expect("a disc");
+            let DiscAverage { weights, .. } =
+                means(&Faces::from_group(&mesh, "top").expect("faces"), 0.06).expect("a disc");
             let of = |m: usize, f: &dyn Fn([f64; 3]) -> f64| -> f64 {
                 weights[m].iter().map(|&(n, w)| w * f(mesh.nodes[n as usize])).sum()
             };
@@ -320,17 +321,17 @@ mod tests {
     #[test]
     fn what_is_not_there_is_named() {
         let mesh = block(CellKind::Tet10);
-        let faces = Faces::of(&mesh, "top").expect("faces");
+        let faces = Faces::from_group(&mesh, "top").expect("faces");
         let beside = averages(&faces, &[-0.16, 0.0, 0.16], &[-0.05, 0.0, 0.05]).expect_err("no face").to_string();
         for word in ["x = -0.160000", "x = -0.1500 to 0.1500 m", "contact.grid"] {
             assert!(beside.contains(word), "{word} not in: {beside}");
         }
         let large = means(&faces, 0.12).expect_err("no face").to_string();
         assert!(large.contains("disc of the radius 0.12000 m"), "{large}");
-        let down = Faces::of(&mesh.reflected(), "top").expect("faces");
+        let down = Faces::from_group(&mesh.reflected(), "top").expect("faces");
         let down = averages(&down, &X, &Y).expect_err("it looks down").to_string();
         assert!(down.contains("faces -z"), "{down}");
-        let missing = Faces::of(&mesh, "head").expect_err("no group").to_string();
+        let missing = Faces::from_group(&mesh, "head").expect_err("no group").to_string();
         assert!(missing.contains("\"head\"") && missing.contains("\"top\""), "{missing}");
     }
 }

@@ -12,7 +12,7 @@ use serde_json::Value;
 use std::path::PathBuf;
 
 /// Branches of limit cycles over a key: stable and unstable cycles, their multipliers, folds and thresholds. The first
-/// cycles are marched from the unstable modes at the value of the job.
+/// cycles are those of the unstable modes at the value of the job.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Branches {
@@ -64,16 +64,30 @@ pub struct Starts {
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(extend("unit" = "1"))]
     pub at: Vec<f64>,
-    /// Number of unstable modes, from the most unstable one, from which a motion is marched at each value; 0 for none.
+    /// Number of unstable modes, from the most unstable one, whose cycles are looked for at each value; 0 for none.
     /// Default: every one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub modes: Option<u32>,
+    /// How the cycle of an unstable mode is found.
+    #[serde(default)]
+    pub by: StartsBy,
     /// Begins at the thresholds of rest too, with small cycles along the mode that neither grows nor decays there.
     #[serde(default)]
     pub thresholds: bool,
     /// Cycles of earlier results of `analyses.cycles` along the same key on the same contact grid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub results: Vec<EarlierResult>,
+}
+
+/// How the cycle of an unstable mode is found.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum StartsBy {
+    /// Motions along the mode of growing amplitude, to the one that no longer grows; marched where they lead to none.
+    #[default]
+    Amplitude,
+    /// A march from a small motion along the mode, as `march` says, to the cycle that it settles on.
+    March,
 }
 
 /// A cycle of an earlier result.

@@ -1,6 +1,6 @@
 //! Jobs beside each other: what a reduced model depends on, and in which keys two documents differ.
 
-use super::{Body, ContactPlaces, GivenCreepage, Job, Placement};
+use super::{Body, Contact, ContactPlaces, ContactWheels, GivenCreepage, Job, Placement};
 use serde_json::{json, Value};
 use std::fmt;
 
@@ -59,8 +59,14 @@ pub fn fe_inputs(job: &Job) -> Value {
     if let Some(placement) = job.placement() {
         inputs["contact"]["placement"] = json!(geometry(Some(placement)));
         inputs["contact"]["load"] = json!([contact.and_then(|c| c.normal_load), contact.and_then(|c| c.approach)]);
-        if let Some(contact) = contact.filter(|c| c.places == ContactPlaces::All) {
-            inputs["contact"]["places"] = json!([contact.places, contact.vertical_load]);
+        let several = |c: &&Contact| c.places == ContactPlaces::All || c.wheels == ContactWheels::Both;
+        if let Some(contact) = contact.filter(several) {
+            if contact.places == ContactPlaces::All {
+                inputs["contact"]["places"] = json!([contact.places, contact.vertical_load]);
+            }
+            if contact.wheels == ContactWheels::Both {
+                inputs["contact"]["wheels"] = json!(contact.wheels);
+            }
             let further = contact.further.iter();
             let further: Vec<_> = further.map(|c| json!([geometry(c.placement.as_ref()), c.normal_load])).collect();
             if !further.is_empty() {

@@ -24,7 +24,7 @@ pub struct Attitude {
 
 impl Attitude {
     /// Attitude of a mesh, by quadrature over its cells.
-    pub fn of(mesh: &Mesh) -> Attitude {
+    pub fn from_mesh(mesh: &Mesh) -> Attitude {
         let fold = |start: f64, f: fn(f64, f64) -> f64| {
             mesh.nodes.iter().fold([start; 3], |m, x| [f(m[0], x[0]), f(m[1], x[1]), f(m[2], x[2])])
         };
@@ -64,13 +64,8 @@ impl Attitude {
     }
 
     /// Distance of the axis of revolution from the origin, m, where there is one.
-    pub fn from_axis(&self) -> Option<f64> {
+    pub fn axis_distance(&self) -> Option<f64> {
         self.revolved.map(|axis| self.centre[(axis + 1) % 3].hypot(self.centre[(axis + 2) % 3]))
-    }
-
-    /// Length of the longest side, m.
-    pub fn extent(&self) -> f64 {
-        (0..3).map(|c| self.high[c] - self.low[c]).fold(0.0, f64::max)
     }
 }
 
@@ -100,18 +95,19 @@ mod tests {
     #[test]
     fn the_axis_of_a_ring_is_found() {
         let mut mesh = ring();
-        let found = Attitude::of(&mesh);
+        let found = Attitude::from_mesh(&mesh);
         assert_eq!(found.revolved, Some(1));
-        let distance = found.from_axis().expect("an axis");
+        let distance = found.axis_distance().expect("an axis");
         assert!((distance - 0.46).abs() < 1e-9, "{distance}");
-        assert!((found.volume - mesh.volume()).abs() < 1e-12 && (found.extent() - 0.92).abs() < 1e-3);
+        let longest = (0..3).map(|c| found.high[c] - found.low[c]).fold(0.0, f64::max);
+        assert!((found.volume - mesh.volume()).abs() < 1e-12 && (longest - 0.92).abs() < 1e-3);
         mesh.nodes.iter_mut().for_each(|x| *x = [x[1] + 3.0, x[2], x[0] + 4.0]);
-        let found = Attitude::of(&mesh);
+        let found = Attitude::from_mesh(&mesh);
         assert_eq!(found.revolved, Some(0));
         let expected = (4.0f64).hypot(0.46);
-        assert!((found.from_axis().expect("an axis") - expected).abs() < 1e-9, "{found:?}");
+        assert!((found.axis_distance().expect("an axis") - expected).abs() < 1e-9, "{found:?}");
         // Not a circle any more.
         mesh.nodes.iter_mut().for_each(|x| x[1] *= 1.1);
-        assert_eq!(Attitude::of(&mesh).revolved, None);
+        assert_eq!(Attitude::from_mesh(&mesh).revolved, None);
     }
 }

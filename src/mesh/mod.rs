@@ -1,18 +1,18 @@
 //! Meshes: built-in cylinder or file of Gmsh, Abaqus or CalculiX, cells of any kind, groups by name, partition and
 //! distribution.
 
-pub mod attitude;
+pub(crate) mod attitude;
 pub mod cells;
 pub mod cylinder;
 pub mod distribute;
-pub mod file;
+pub(crate) mod file;
 pub mod inp;
-pub mod kind;
+pub(crate) mod kind;
 mod listed;
-pub mod motion;
+pub(crate) mod motion;
 pub mod msh;
-pub mod quality;
-pub mod reference;
+pub(crate) mod quality;
+pub(crate) mod reference;
 
 pub use cells::{facet_key, Cell, Cells, Facet, FacetKey};
 pub use kind::{CellKind, FacetKind};

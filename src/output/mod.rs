@@ -12,7 +12,7 @@
 mod atomic_file;
 mod checksums;
 mod claim;
-pub mod datasets;
+pub(crate) mod datasets;
 mod dimensions;
 mod fields;
 mod modes;
@@ -27,7 +27,7 @@ mod sequence;
 pub mod surface;
 mod table;
 mod values;
-pub mod verdict;
+pub(crate) mod verdict;
 mod vtkhdf;
 
 pub use atomic_file::Leftovers;
@@ -38,7 +38,7 @@ pub use patch::{averaged, GridPatch};
 pub use provenance::{sha256, utc_now, Provenance};
 pub use read::{survey, Reader};
 pub use result::{companion, outputs, ResultFile, MODEL, SHAPES};
-pub use segments::{job_of_run, Entry, Part, Segments};
+pub use segments::{job_of_run, Entry, RunOrigin, Segments};
 pub use sequence::{Sequence, SequenceFile};
 pub use table::Table;
 pub use values::Values;

@@ -1,6 +1,6 @@
 //! Provenance of a result: the group `/provenance`.
 
-use super::segments::Part;
+use super::segments::RunOrigin;
 use super::table::Table;
 use crate::{Error, Result};
 use sha2::{Digest, Sha256};
@@ -25,7 +25,7 @@ pub struct Provenance {
     /// Start of the run, see [`utc_now`].
     pub date: String,
     /// The parts in which a transient was made.
-    pub parts: Vec<Part>,
+    pub parts: Vec<RunOrigin>,
     /// Properties that make the results doubtful.
     pub warnings: Vec<String>,
     /// Lines of the summary below the verdict.
@@ -81,7 +81,7 @@ impl Provenance {
             tables.push(Table::list("/provenance/damping", "-", text, self.damping.clone()));
         }
         if self.parts.len() > 1 {
-            let text = |name: &str, text: &str, of: &dyn Fn(&Part) -> String| {
+            let text = |name: &str, text: &str, of: &dyn Fn(&RunOrigin) -> String| {
                 Table::list(
                     &format!("/provenance/parts/{name}"),
                     "-",

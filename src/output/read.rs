@@ -104,7 +104,7 @@ impl Reader {
             let _ = self.pieces.set(pieces);
         }
         let columns = values.len() / rows.len().max(1);
-        let part = |first: usize, count: usize| values.part(first * columns..(first + count) * columns);
+        let part = |first: usize, count: usize| values.slice(first * columns..(first + count) * columns);
         match self.pieces.get().is_some_and(|p| p.fit(path, rows.start, rows.len(), part)) {
             true => Ok(()),
             false => Err(self.fault(

@@ -183,7 +183,7 @@ impl<'w> ResultFile<'w> {
     }
 
     /// The file of [`ResultFile::keep`].
-    pub fn kept(&self) -> Option<&Path> {
+    pub fn kept_file(&self) -> Option<&Path> {
         self.kept.as_deref()
     }
 

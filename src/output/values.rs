@@ -86,7 +86,7 @@ impl Values {
     }
 
     /// Some of the values.
-    pub(super) fn part(&self, range: std::ops::Range<usize>) -> Values {
+    pub(super) fn slice(&self, range: std::ops::Range<usize>) -> Values {
         match self {
             Values::F64(v) => v[range].to_vec().into(),
             Values::F32(v) => v[range].to_vec().into(),

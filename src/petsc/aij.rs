@@ -10,7 +10,7 @@ use petsc_sys as sys;
 
 /// Collective: the matrix in PETSc's rows, each allocated to its length.
 pub(crate) fn assembled<'p>(petsc: &'p Petsc<'_>, matrix: &DistCsr, block: usize) -> Result<Handle<'p, sys::Mat>> {
-    let matrix = matrix.whole();
+    let matrix = matrix.full();
     assembled_with(petsc, &matrix, block, |row, at, _| Complex::new(matrix.row(row).1[at], 0.0))
 }
 

@@ -36,8 +36,7 @@ impl<'p> ComplexFactor<'p> {
     pub fn new(petsc: &'p Petsc<'p>, terms: &[(&DistCsr, Complex<f64>)], prefix: &str, name: &str) -> Result<Self> {
         let missing = || Error::Defect("a factorisation of no matrix".into());
         let Some((first, others)) = terms.split_first() else { return Err(missing()) };
-        let pattern =
-            others.iter().fold(first.0.whole().into_owned(), |sum, (matrix, _)| sum.minus_scaled(1.0, matrix));
+        let pattern = others.iter().fold(first.0.full().into_owned(), |sum, (matrix, _)| sum.minus_scaled(1.0, matrix));
         let value =
             |row: usize, _: usize, column: u64| terms.iter().map(|(matrix, f)| f * matrix.get(row, column)).sum();
         let matrix = super::aij::assembled_with(petsc, &pattern, 1, value)?;

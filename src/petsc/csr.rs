@@ -201,7 +201,7 @@ impl DistCsr {
     }
 
     /// The same matrix with all entries.
-    pub fn whole(&self) -> Cow<'_, DistCsr> {
+    pub fn full(&self) -> Cow<'_, DistCsr> {
         if self.stored == Stored::Whole {
             return Cow::Borrowed(self);
         }
@@ -278,7 +278,7 @@ impl DistCsr {
             return self.clone();
         }
         let other = match self.stored {
-            Stored::Whole => other.whole(),
+            Stored::Whole => other.full(),
             Stored::Lower { .. } => Cow::Borrowed(other),
         };
         let own = self.mirrored(self.n_local());
@@ -339,7 +339,7 @@ impl DistCsr {
 
     /// Collective: the whole matrix, `[n, n]` on rank 0, `None` elsewhere.
     pub fn gather(&self, world: &World) -> Option<Mat<f64>> {
-        self.whole().gather_stored(world)
+        self.full().gather_stored(world)
     }
 
     fn gather_stored(&self, world: &World) -> Option<Mat<f64>> {

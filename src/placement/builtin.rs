@@ -11,7 +11,7 @@ use crate::Result;
 /// ```
 /// let profile = railsqueal::placement::builtin::s1002()?;
 /// // z is down; the flange, at negative y, reaches below the running circle.
-/// assert!(profile.contains(0.0) && profile.at(0.0).z.abs() < 1e-6);
+/// assert!(profile.contains(0.0) && profile.local(0.0).z.abs() < 1e-6);
 /// # Ok::<(), railsqueal::Error>(())
 /// ```
 pub fn s1002() -> Result<Profile> {
@@ -109,7 +109,7 @@ mod tests {
     fn jumps(profile: &Profile) -> [f64; 2] {
         let breaks = profile.breaks();
         breaks[1..breaks.len() - 1].iter().fold([0.0_f64; 2], |worst, &y| {
-            let (a, b) = (profile.at(y - 1e-12), profile.at(y + 1e-12));
+            let (a, b) = (profile.local(y - 1e-12), profile.local(y + 1e-12));
             [worst[0].max((a.z - b.z).abs()), worst[1].max((a.slope.atan() - b.slope.atan()).abs())]
         })
     }
@@ -120,11 +120,11 @@ mod tests {
         // The standard's own digits: 0.12 µm between C and D, 0.3 mrad.
         let [z, slope] = jumps(&profile);
         assert!(z < 0.13e-6 && slope < 3e-4, "{z} {slope}");
-        assert!(profile.at(0.0).z.abs() < 1e-18);
+        assert!(profile.local(0.0).z.abs() < 1e-18);
         // Flange 28 mm high, 70 degrees, cone of 1:15 on the field side.
-        assert!((profile.at(-0.055).z - 28e-3).abs() < 1e-9);
-        assert!((profile.at(-0.039).slope.atan().to_degrees() + 70.0).abs() < 1e-3);
-        assert!((profile.at(0.05).slope + 1.0 / 15.0).abs() < 1e-8);
+        assert!((profile.local(-0.055).z - 28e-3).abs() < 1e-9);
+        assert!((profile.local(-0.039).slope.atan().to_degrees() + 70.0).abs() < 1e-3);
+        assert!((profile.local(0.05).slope + 1.0 / 15.0).abs() < 1e-8);
     }
 
     /// The running profile of each built-in rail and the head of its section are the same surface.
@@ -136,8 +136,8 @@ mod tests {
             assert!(z < 1e-9 && slope < 1e-7, "{}: {z} {slope}", given.name);
             let end = head.to_angle(1.5);
             for k in -30..=30 {
-                let at = head.at(end * f64::from(k) / 30.0);
-                let found = profile.at(at.y);
+                let at = head.point(end * f64::from(k) / 30.0);
+                let found = profile.local(at.y);
                 assert!((head.height - at.z - found.z).abs() < 1e-12, "{}: {at:?} {}", given.name, found.z);
                 assert!((at.angle + found.slope.atan()).abs() < 1e-9, "{}: {at:?} {}", given.name, found.slope);
             }
@@ -152,12 +152,16 @@ mod tests {
         assert!(z < 1e-10 && slope < 1e-8, "{z} {slope}");
         // 72 mm wide 14.3 mm down: both follow from the tangency of the arcs and confirm the widths at which they meet.
         let side = rail.breaks()[rail.breaks().len() - 2];
-        assert!((side - 36e-3).abs() < 1e-6 && (rail.at(side).z - 14.3e-3).abs() < 1e-6, "{side} {}", rail.at(side).z);
+        assert!(
+            (side - 36e-3).abs() < 1e-6 && (rail.local(side).z - 14.3e-3).abs() < 1e-6,
+            "{side} {}",
+            rail.local(side).z
+        );
         for (y, radius) in [(3e-3, 0.3), (-18e-3, 0.08), (33e-3, 0.013)] {
-            assert!((rail.at(y).curvature() * radius - 1.0).abs() < 1e-12);
+            assert!((rail.local(y).curvature() * radius - 1.0).abs() < 1e-12);
         }
         for y in [2e-3, 15e-3, 30e-3, 36.3e-3] {
-            assert!((rail.at(y).z - rail.at(-y).z).abs() < 1e-16);
+            assert!((rail.local(y).z - rail.local(-y).z).abs() < 1e-16);
         }
     }
 }

@@ -19,7 +19,7 @@ const HEAD: f64 = 1e-3;
 
 /// Directions that a profile was found to have, or that were given.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct ProfileDirections {
     /// True if z pointed up.
     up: bool,
     /// True if the flange or the head shows it; else it was given.
@@ -29,7 +29,7 @@ pub(super) struct Seen {
     kind: ProfileKind,
 }
 
-impl Seen {
+impl ProfileDirections {
     /// The directions in words.
     pub fn words(&self) -> String {
         let z = if self.up { "z up in the file" } else { "z down" };
@@ -89,7 +89,7 @@ pub(super) fn orient(
     points: &mut [Point],
     (kind, z, asked): (ProfileKind, Option<Vertical>, bool),
     notes: &mut Vec<String>,
-) -> Result<Seen> {
+) -> Result<ProfileDirections> {
     let landmark = landmark(points, kind);
     let shown = landmark.map(|(height, _)| if height < 0.0 { Vertical::Up } else { Vertical::Down });
     let (what, unseen) = match kind {
@@ -136,5 +136,5 @@ pub(super) fn orient(
         let side = if kind == ProfileKind::Wheel { "flange" } else { "gauge side" };
         notes.push(format!("{name}: the {side} was at positive y; turned, positive y is the field side here"));
     }
-    Ok(Seen { up: direction == Vertical::Up, shown: shown.is_some(), reversed, kind })
+    Ok(ProfileDirections { up: direction == Vertical::Up, shown: shown.is_some(), reversed, kind })
 }

@@ -39,7 +39,7 @@ pub(super) enum Format {
 
 impl Format {
     /// The format of a file of this name.
-    pub fn of(name: &str) -> Self {
+    pub fn from_name(name: &str) -> Self {
         let end = name.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
         match end.as_str() {
             "whl" | "ban" => Format::Miniprof,

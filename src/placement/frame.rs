@@ -41,7 +41,7 @@ impl Frame {
     }
 
     /// The point of the tangent plane at (x, y) of the program's frame, m.
-    pub(super) fn at(&self, x: f64, y: f64) -> Vector {
+    pub(super) fn point(&self, x: f64, y: f64) -> Vector {
         along(along(self.origin, -x, [1.0, 0.0, 0.0]), self.side.sign() * y, self.across())
     }
 
@@ -83,7 +83,7 @@ pub struct Motion {
 
 impl Motion {
     /// A wheel that would roll freely on its running circle, at a speed, m/s.
-    pub fn at(speed: f64) -> Self {
+    pub fn free_rolling(speed: f64) -> Self {
         Self { speed, curvature: 0.0, angular_speed: None, longitudinal: None, lateral: None, spin: None }
     }
 }

@@ -117,7 +117,7 @@ fn meet_rail(rail: &Profile, start: Vector, direction: Vector) -> Option<(f64, f
     let mut t = 0.0;
     for _ in 0..60 {
         let p = along(start, t, direction);
-        let local = rail.at(p[1]);
+        let local = rail.local(p[1]);
         let step = ((p[2] - local.z) / (local.slope * direction[1] - direction[2])).clamp(-3e-3, 3e-3);
         t += step;
         if step.abs() < 1e-13 {
@@ -136,7 +136,7 @@ pub(super) fn gap(pair: &Pair, frame: &Frame, [x, y]: [&[f64]; 2], bounds: Optio
         Gap { x: x.to_vec(), y: y.to_vec(), gap: Vec::with_capacity(x.len() * y.len()), beyond: Vec::new() };
     for &b in y {
         for &a in x {
-            let start = frame.at(a, b);
+            let start = frame.point(a, b);
             let (Some((rail_y, down)), Some((wheel_y, up))) =
                 (meet_rail(&pair.rail, start, normal), pair.wheel.meet(start, normal))
             else {

@@ -109,7 +109,7 @@ impl MovableWheel {
     /// m.
     pub fn flange(&self) -> (f64, f64) {
         let profile = &self.pair.wheel.profile;
-        let angle = |y: f64| -profile.at(y).slope.atan();
+        let angle = |y: f64| -profile.local(y).slope.atan();
         let side: Vec<f64> = profile.nodes(FLANGE_STEP).into_iter().filter(|&y| y < 0.0).collect();
         let steepest = side.iter().map(|&y| angle(y)).fold(0.0, f64::max);
         let end = side.iter().copied().find(|&y| angle(y) >= steepest - FLANGE_ANGLE).unwrap_or(0.0);

@@ -75,7 +75,7 @@ impl Wheel {
 
     /// Radius at `y` of the profile, m.
     pub fn radius_at(&self, y: f64) -> f64 {
-        self.radius + self.profile.at(y).z
+        self.radius + self.profile.local(y).z
     }
 
     /// The lowest point of the circle at `wheel_y` of the profile, seen along the track; none where the wheel is so
@@ -84,7 +84,7 @@ impl Wheel {
     /// The outward normal (sin θ, −r′, cos θ) of a surface of revolution in its own frame has no component along the
     /// track where sin θ = −r′ tan ψ, whatever the roll.
     pub fn lowest(&self, wheel_y: f64) -> Option<Lowest> {
-        let local = self.profile.at(wheel_y);
+        let local = self.profile.local(wheel_y);
         let r = self.rotation();
         let s = -local.slope * self.yaw.tan();
         if !(s.abs() < 1.0) {
@@ -107,7 +107,7 @@ impl Wheel {
         for _ in 0..60 {
             let p = along(q, t, d);
             let distance = p[0].hypot(p[2]);
-            let local = self.profile.at(p[1] - self.offset);
+            let local = self.profile.local(p[1] - self.offset);
             let rest = self.radius + local.z - distance;
             let slope = local.slope * d[1] - (p[0] * d[0] + p[2] * d[2]) / distance;
             let step = (-rest / slope).clamp(-3e-3, 3e-3);
@@ -173,7 +173,7 @@ mod tests {
             assert!(lowest.point[0].abs() < 1e-18);
             assert!((lowest.point[1] - (3e-3 + c * (0.75 + y) - s * r)).abs() < 1e-15);
             assert!((lowest.point[2] - (1e-4 - 0.46 + s * (0.75 + y) + c * r)).abs() < 1e-15);
-            assert!((lowest.slope.atan() - wheel.profile.at(y).slope.atan() - 0.002).abs() < 1e-14);
+            assert!((lowest.slope.atan() - wheel.profile.local(y).slope.atan() - 0.002).abs() < 1e-14);
         }
     }
 }

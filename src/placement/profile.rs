@@ -52,7 +52,7 @@ impl Local {
 
 impl Piece {
     /// The piece at `y`, m.
-    pub fn at(&self, y: f64) -> Local {
+    pub fn local(&self, y: f64) -> Local {
         match self {
             Piece::Polynomial { at, coefficients } => {
                 let t = y - at;
@@ -149,11 +149,11 @@ impl Profile {
 
     /// Height, slope and second derivative at `y`, m; at a break those of the piece that begins there, outside the
     /// range those of the tangent at its end.
-    pub fn at(&self, y: f64) -> Local {
+    pub fn local(&self, y: f64) -> Local {
         let [a, b] = self.range();
         let inside = y.clamp(a, b);
         let i = self.breaks.partition_point(|&v| v <= inside).clamp(1, self.pieces.len()) - 1;
-        let local = self.pieces[i].at(inside);
+        let local = self.pieces[i].local(inside);
         if self.contains(y) {
             return local;
         }
@@ -164,7 +164,7 @@ impl Profile {
     /// angle in rad, positive where the slope grows with y).
     pub fn kinks(&self) -> Vec<(f64, f64)> {
         let pairs = self.pieces.windows(2).zip(&self.breaks[1..]);
-        let turn = |(pair, &y): (&[Piece], &f64)| (y, pair[1].at(y).slope.atan() - pair[0].at(y).slope.atan());
+        let turn = |(pair, &y): (&[Piece], &f64)| (y, pair[1].local(y).slope.atan() - pair[0].local(y).slope.atan());
         pairs.map(turn).filter(|(_, angle)| angle.abs() > TANGENT).collect()
     }
 
@@ -181,12 +181,12 @@ impl Profile {
     /// The highest place: y, m. A rail has it on its head.
     pub fn top(&self) -> f64 {
         let nodes = self.nodes(1e-4);
-        let least = |a: &f64, b: &f64| self.at(*a).z.total_cmp(&self.at(*b).z);
+        let least = |a: &f64, b: &f64| self.local(*a).z.total_cmp(&self.local(*b).z);
         let Some(k) = (0..nodes.len()).min_by(|&i, &j| least(&nodes[i], &nodes[j])) else { return 0.0 };
         let (mut low, mut high) = (nodes[k.saturating_sub(1)], nodes[(k + 1).min(nodes.len() - 1)]);
         for _ in 0..100 {
             let middle = 0.5 * (low + high);
-            if self.at(middle).slope < 0.0 {
+            if self.local(middle).slope < 0.0 {
                 low = middle;
             } else {
                 high = middle;
@@ -221,7 +221,7 @@ impl Profile {
         let (mut breaks, mut pieces) = (Vec::new(), Vec::new());
         for (piece, w) in self.pieces.iter().zip(self.breaks.windows(2)).filter(|(_, w)| w[1] > from && w[0] < to) {
             let w = [w[0].max(from), w[1].min(to)];
-            let ends = |y: f64| point(y, piece.at(y).z);
+            let ends = |y: f64| point(y, piece.local(y).z);
             if breaks.is_empty() {
                 breaks.push(ends(w[0])[0]);
             }
@@ -238,7 +238,7 @@ impl Profile {
                     let n = ((w[1] - w[0]) / TURNED_PIECE).ceil().max(1.0) as usize;
                     let knot = |i: usize| {
                         let y = w[0] + (w[1] - w[0]) * i as f64 / n as f64;
-                        let local = piece.at(y);
+                        let local = piece.local(y);
                         let slope = (local.slope.atan() - angle).tan();
                         let second = local.curvature() * (1.0 + slope * slope).powf(1.5);
                         let [y, z] = point(y, local.z);
@@ -268,7 +268,7 @@ impl Profile {
 impl Profile {
     /// The range of y, m, without what hangs over at either end once the profile is turned by `angle`, rad.
     fn standing(&self, angle: f64) -> Result<(f64, f64)> {
-        let stands = |piece: &Piece, y: f64| (piece.at(y).slope.atan() - angle).abs() < FRAC_PI_2 - UPRIGHT;
+        let stands = |piece: &Piece, y: f64| (piece.local(y).slope.atan() - angle).abs() < FRAC_PI_2 - UPRIGHT;
         // From an end inwards: the first piece of which something stands, and where on it that begins.
         let begin = |mut pieces: Box<dyn Iterator<Item = (&Piece, f64, f64)> + '_>| {
             pieces.by_ref().find(|&(piece, _, inner)| stands(piece, inner)).map(|(piece, outer, inner)| {
@@ -320,7 +320,7 @@ mod tests {
             for w in profile.breaks().windows(2) {
                 for t in [0.1, 0.4, 0.85] {
                     let y = w[0] + t * (w[1] - w[0]);
-                    let [a, b, c] = [y - h, y, y + h].map(|y| profile.at(y));
+                    let [a, b, c] = [y - h, y, y + h].map(|y| profile.local(y));
                     let slope = (c.z - a.z) / (2.0 * h);
                     assert!((slope - b.slope).abs() < 1e-6 * (1.0 + b.slope.powi(2)), "{y}: {slope} {}", b.slope);
                     let second = (c.slope - a.slope) / (2.0 * h);
@@ -347,15 +347,15 @@ mod tests {
         for profile in [parabola, rail_60e1().unwrap()] {
             let turned = profile.turned(angle).unwrap();
             for y in profile.nodes(3.7e-4) {
-                let local = profile.at(y);
-                let found = turned.at(c * y + s * local.z);
+                let local = profile.local(y);
+                let found = turned.local(c * y + s * local.z);
                 let z = c * local.z - s * y;
                 let steep = 1.0 + found.slope.abs();
                 assert!((found.z - z).abs() < 1e-14 * steep, "y {y}: {} {z}", found.z);
             }
             for y in [-0.0153, -0.0021, 0.0042, 0.0239] {
-                let local = profile.at(y);
-                let found = turned.at(c * y + s * local.z);
+                let local = profile.local(y);
+                let found = turned.local(c * y + s * local.z);
                 assert!((found.curvature() - local.curvature()).abs() < 1e-7 * local.curvature().abs().max(1.0));
                 assert!((found.slope.atan() - local.slope.atan() + angle).abs() < 1e-11);
             }
@@ -378,10 +378,10 @@ mod tests {
             {
                 // Of the arc of 13 mm that much is left: its tangent is then upright but for the margin.
                 let low = turned.range()[0];
-                assert!((turned.at(low).slope.atan() + FRAC_PI_2 - UPRIGHT).abs() < 1e-6, "{sign} {angle}");
+                assert!((turned.local(low).slope.atan() + FRAC_PI_2 - UPRIGHT).abs() < 1e-6, "{sign} {angle}");
                 for y in [-0.03, -0.01, 0.0, 0.02, 0.034] {
-                    let local = rail.at(y);
-                    let found = turned.at(c * y + s * local.z);
+                    let local = rail.local(y);
+                    let found = turned.local(c * y + s * local.z);
                     assert!((found.z - (c * local.z - s * y)).abs() < 1e-12, "{sign} {angle} {y}");
                 }
             }
@@ -394,7 +394,7 @@ mod tests {
         let profile = s1002().unwrap();
         let other = profile.mirrored().moved(0.1, 0.2);
         for y in profile.nodes(1e-3) {
-            let (a, b) = (profile.at(y + 1e-9), other.at(0.1 - y - 1e-9));
+            let (a, b) = (profile.local(y + 1e-9), other.local(0.1 - y - 1e-9));
             // Section C has coefficients of some metres, which cancel: rounding of 1e-14 m.
             assert!((a.z + 0.2 - b.z).abs() < 1e-13, "{y}: {} {}", a.z + 0.2, b.z);
             assert!((a.slope + b.slope).abs() < 1e-9 * (1.0 + a.slope.abs()), "{y}: {} {}", a.slope, b.slope);
@@ -412,7 +412,7 @@ mod tests {
         let kinks = roof.kinks();
         assert_eq!(kinks.len(), 1);
         assert!(kinks[0].0 == 0.0 && (kinks[0].1 - 2.0 * 0.5_f64.atan()).abs() < 1e-15);
-        assert_eq!(roof.at(3.0).z, 1.5);
+        assert_eq!(roof.local(3.0).z, 1.5);
         assert!(!roof.contains(3.0));
         assert!(s1002().unwrap().kinks().is_empty());
         assert!(rail_60e1().unwrap().kinks().is_empty());

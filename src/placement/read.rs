@@ -1,6 +1,6 @@
 //! Profiles from files: which way they lie, and what is wrong with them.
 
-use super::direction::{orient, Seen};
+use super::direction::{orient, ProfileDirections};
 use super::formats::{Format, Point, Raw};
 use super::profile::{Piece, Profile};
 use super::spline::spline;
@@ -70,7 +70,7 @@ pub struct Reading {
 
 impl Reading {
     /// The plain way for a wheel or a rail.
-    pub fn of(kind: ProfileKind) -> Self {
+    pub fn plain(kind: ProfileKind) -> Self {
         Self { kind, unit: None, z: None, mirror: false, circle: None, smoothing: 0.0 }
     }
 }
@@ -97,7 +97,7 @@ pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile,
             reading.smoothing
         )));
     }
-    let format = Format::of(name);
+    let format = Format::from_name(name);
     let Raw { points, unit: own, stated, down, source, mut notes } = format.parse(name, text)?;
     if let (Some(key), Some(own), true) = (reading.unit, own, stated) {
         if key != own {
@@ -146,7 +146,7 @@ pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile,
                  the file the running circle is"
             )));
         }
-        let z = profile.at(0.0).z;
+        let z = profile.local(0.0).z;
         if z.abs() > 5e-5 {
             notes.push(format!(
                 "{name}: moved by {:.3} mm in z, so that the running circle has the wheel's radius",
@@ -184,7 +184,7 @@ fn check_unit(name: &str, points: &[Point], unit: f64) -> Result<()> {
 }
 
 /// A file as it was read, in words: points and their spacing, columns, unit, directions.
-fn understood(points: &[Point], source: &str, unit: f64, seen: &Seen) -> String {
+fn understood(points: &[Point], source: &str, unit: f64, seen: &ProfileDirections) -> String {
     let [from, to] = width(points).map(|y| 1e3 * y);
     let apart: Vec<f64> = points.windows(2).map(|w| 1e3 * distance(w)).collect();
     let largest = apart.iter().copied().fold(0.0, f64::max);

@@ -84,7 +84,7 @@ mod tests {
     }
 
     fn at(y: &[f64], pieces: &[Piece], v: f64) -> super::super::profile::Local {
-        pieces[y.partition_point(|&k| k <= v).clamp(1, pieces.len()) - 1].at(v)
+        pieces[y.partition_point(|&k| k <= v).clamp(1, pieces.len()) - 1].local(v)
     }
 
     #[test]
@@ -95,7 +95,7 @@ mod tests {
             let (y, z) = points(f, n);
             let pieces = spline(&y, &z, 0.0);
             for i in 1..n - 1 {
-                let (a, b) = (pieces[i - 1].at(y[i]), pieces[i].at(y[i]));
+                let (a, b) = (pieces[i - 1].local(y[i]), pieces[i].local(y[i]));
                 assert!((a.z - z[i]).abs() < 1e-17 && (b.z - z[i]).abs() < 1e-17);
                 assert!((a.slope - b.slope).abs() < 1e-13 && (a.second - b.second).abs() < 1e-9);
             }
@@ -112,7 +112,7 @@ mod tests {
     fn smoothing_keeps_lines_and_half_of_a_wave_of_its_length() {
         let (y, z) = points(|y| 0.02 - 0.4 * y, 50);
         for (piece, v) in spline(&y, &z, 0.01).iter().zip(&y) {
-            assert!((piece.at(*v).z - (0.02 - 0.4 * v)).abs() < 1e-12);
+            assert!((piece.local(*v).z - (0.02 - 0.4 * v)).abs() < 1e-12);
         }
         let length = 8e-3;
         for (times, kept) in [(1.0, 0.5), (2.0, 16.0 / 17.0), (0.5, 1.0 / 17.0)] {
@@ -127,6 +127,6 @@ mod tests {
     fn two_points_are_a_line() {
         let pieces = spline(&[0.0, 2.0], &[1.0, 3.0], 0.0);
         assert_eq!(pieces.len(), 1);
-        assert_eq!(pieces[0].at(1.0).z, 2.0);
+        assert_eq!(pieces[0].local(1.0).z, 2.0);
     }
 }

@@ -68,7 +68,7 @@ fn the_example_of_the_page() {
     let touch = placed.touch();
     let ellipse = placed.ellipse(0.5 * 210e9 / 0.91, Press::Force(60e3)).unwrap();
     let frame = placed.centred_frame(ellipse.approach).unwrap();
-    let creepages = placed.creepages(&frame, &Motion::at(10.0)).unwrap();
+    let creepages = placed.creepages(&frame, &Motion::free_rolling(10.0)).unwrap();
     for (found, want, digit) in [
         (touch.angle, -9.64e-3, 1e-5),
         (touch.radius, 459.774e-3, 1e-6),
@@ -97,7 +97,7 @@ fn upright_sides_of_canted_rails_give_the_gauge() {
     for cant in [0.021, 0.025, 0.03] {
         let (moved, ..) = at(cant).rail_in_track(&rail).unwrap();
         let end = moved.range()[0];
-        assert!((end - 0.5 * at(cant).gauge).abs() < 1e-12 && moved.at(end).z < at(cant).gauge_depth);
+        assert!((end - 0.5 * at(cant).gauge).abs() < 1e-12 && moved.local(end).z < at(cant).gauge_depth);
     }
     let [before, after] = [0.0199, 0.0201].map(|cant| at(cant).rail_in_track(&rail).unwrap().1);
     assert!((before - after).abs() < 1e-5, "{before} {after}");
@@ -171,7 +171,7 @@ fn left_and_right_are_mirror_images() {
         assert!(a.wheel == b.wheel && a.rail == b.rail && a.radius == b.radius && a.angle == -b.angle);
         assert!(a.point[0] == b.point[0] && a.point[1] == -b.point[1] && a.point[2] == b.point[2]);
         let (f, g) = (right.frame(), left.frame());
-        let motion = Motion { angular_speed: Some(22.0), ..Motion::at(10.0) };
+        let motion = Motion { angular_speed: Some(22.0), ..Motion::free_rolling(10.0) };
         let (c, d) = (right.creepages(&f, &motion).unwrap(), left.creepages(&g, &motion).unwrap());
         assert!(c.longitudinal == d.longitudinal && c.lateral == -d.lateral && c.spin == -d.spin && c.speed == d.speed);
         // A mirror image y → −y: an axle, which points to the right in both, keeps its y and reverses the rest.
@@ -204,7 +204,7 @@ fn without_yaw_nothing_is_skew_and_small_yaw_shifts_the_point_along_the_track() 
         );
     }
     let before = straight.touch();
-    let slope = s1002().unwrap().at(before.wheel).slope;
+    let slope = s1002().unwrap().local(before.wheel).slope;
     for yaw in [1e-4, 1e-3] {
         let touch = standard(TrackSide::Right, 4e-3, yaw, 0.0).touch();
         // The axle turned back by the yaw takes the point along, and the slope of the tread moves it by −r r′ ψ.
@@ -248,7 +248,7 @@ fn curvatures_are_second_differences_of_the_gap() {
 fn creepages_have_the_signs_of_the_conventions() {
     let on = |side: TrackSide, yaw: f64, speed: f64| {
         let placed = standard(side, 0.0, yaw, 0.0);
-        let motion = Motion { angular_speed: Some(speed), ..Motion::at(10.0) };
+        let motion = Motion { angular_speed: Some(speed), ..Motion::free_rolling(10.0) };
         placed.creepages(&placed.frame(), &motion).unwrap()
     };
     let rolling = 10.0 / standard(TrackSide::Right, 0.0, 0.0, 0.0).touch().radius;
@@ -268,13 +268,13 @@ fn creepages_have_the_signs_of_the_conventions() {
         assert!((free.spin - rolling * angle.sin() / 10.0).abs() < 1e-12, "{} {angle}", free.spin);
     }
     let placed = standard(TrackSide::Right, 0.0, 0.0, 0.0);
-    let given = Motion { longitudinal: Some(0.1), lateral: Some(0.2), spin: Some(0.3), ..Motion::at(10.0) };
+    let given = Motion { longitudinal: Some(0.1), lateral: Some(0.2), spin: Some(0.3), ..Motion::free_rolling(10.0) };
     let found = placed.creepages(&placed.frame(), &given).unwrap();
     assert_eq!([found.longitudinal, found.lateral, found.spin], [0.1, 0.2, 0.3]);
     // Without an angular speed the running circle rolls freely.
-    let own = placed.creepages(&placed.frame(), &Motion::at(10.0)).unwrap();
+    let own = placed.creepages(&placed.frame(), &Motion::free_rolling(10.0)).unwrap();
     assert!((own.longitudinal - (1.0 - placed.touch().radius / 0.46)).abs() < 1e-4 * own.longitudinal.abs() + 1e-7);
-    for motion in [Motion::at(0.0), Motion { angular_speed: Some(f64::NAN), ..Motion::at(1.0) }] {
+    for motion in [Motion::free_rolling(0.0), Motion { angular_speed: Some(f64::NAN), ..Motion::free_rolling(1.0) }] {
         assert_eq!(placed.creepages(&placed.frame(), &motion).unwrap_err().exit_code(), 2);
     }
 }
@@ -383,7 +383,7 @@ fn seats_on_the_drawings() {
         // On the upright profile the slope is the contact angle and the cant; its place is that of the touch turned
         // back.
         let profile = rail_60e1().unwrap();
-        let at = profile.at(rail.y);
+        let at = profile.local(rail.y);
         assert!((at.slope.atan() - touch.angle - cant).abs() < 1e-9, "{} {}", at.slope.atan(), touch.angle);
         assert!((cant.cos() * rail.y + cant.sin() * at.z - touch.rail).abs() < 1e-9, "{rail:?}");
         let ([left_rail, left_wheel], _) = of(TrackSide::Left, -1.0);

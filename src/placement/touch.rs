@@ -48,7 +48,7 @@ impl Pair {
         let lowest = self.wheel.lowest(wheel_y)?;
         let y = lowest.point[1];
         self.rail.contains(y).then(|| {
-            let rail = self.rail.at(y);
+            let rail = self.rail.local(y);
             Close { lowest, distance: rail.z - lowest.point[2], rail_slope: rail.slope }
         })
     }
@@ -205,7 +205,7 @@ impl Pair {
         }
         let [weight, x, y, angle] = sum;
         let y = y / weight;
-        Ok(([x / weight, y, self.rail.at(y).z], angle / weight))
+        Ok(([x / weight, y, self.rail.local(y).z], angle / weight))
     }
 
     /// First and last y of the track (m) where the undeformed bodies overlap at an `approach` (m) along the normal.
@@ -236,8 +236,8 @@ impl Pair {
     /// Hessian of the gap at a place of contact in the directions along the track and across it in the tangent plane,
     /// 1/m; and the principal curvatures: of the wheel around its axle and across, and of the rail across.
     pub fn curvatures(&self, at: &Close) -> ([[f64; 2]; 2], [f64; 3]) {
-        let local = self.wheel.profile.at(at.lowest.wheel_y);
-        let rail = self.rail.at(at.lowest.point[1]);
+        let local = self.wheel.profile.local(at.lowest.wheel_y);
+        let rail = self.rail.local(at.lowest.point[1]);
         let rolling = 1.0 / ((self.wheel.radius + local.z) * (1.0 + local.slope * local.slope).sqrt());
         let (across, head) = (-local.curvature(), rail.curvature());
         // The meridian of the wheel and the direction around it, in the tangent plane.

@@ -108,7 +108,7 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
             Ok(BodySize { name, nodes, cells, neighbours: HEXAHEDRAL, dofs: 3 * nodes, contact_nodes: contact as u64 })
         }
         MeshSource::File(file) => {
-            let read = meshes.of(job, name, body)?;
+            let read = meshes.mesh(job, name, body)?;
             let mesh = &read.mesh;
             for group in &body.fixed {
                 mesh.require_group(group, &format!("bodies.{name}.fixed: {}", file.path().display()))?;

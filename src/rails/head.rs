@@ -13,7 +13,7 @@ pub struct HeadPoint {
 
 impl HeadPoint {
     /// A point (z, y) of the upright section in the frame of the surface here: (z, y), m.
-    pub fn seen(&self, [z, y]: [f64; 2]) -> [f64; 2] {
+    pub fn in_surface_frame(&self, [z, y]: [f64; 2]) -> [f64; 2] {
         let (s, c) = self.angle.sin_cos();
         let (y, z) = (y - self.y, z - self.z);
         [c * z - s * y, c * y + s * z]
@@ -60,7 +60,7 @@ impl Head {
 
     /// The place at the length `along`, m, of the surface from the crown, to the left if negative; beyond the arcs on
     /// the straight side.
-    pub fn at(&self, along: f64) -> HeadPoint {
+    pub fn point(&self, along: f64) -> HeadPoint {
         let (mut left, mut angle, mut at) = (along.abs(), 0.0_f64, [0.0, self.height]);
         for (radius, end) in self.arcs() {
             let step = (left / radius).min(end - angle).max(0.0);
@@ -105,13 +105,13 @@ impl Head {
     pub fn to_deepest(&self) -> f64 {
         let steep = self.steep();
         let end = self.to_angle(steep);
-        let depth = self.height - self.at(end).z;
+        let depth = self.height - self.point(end).z;
         end + ((DEEPEST - depth) / steep.sin()).max(0.0)
     }
 
     /// Largest distance from the middle of a contact that is given by it alone, m, down to tenths of a millimetre.
     pub fn reach(&self) -> f64 {
-        (1e4 * self.at(self.to_angle(STEEPEST)).y).floor() / 1e4
+        (1e4 * self.point(self.to_angle(STEEPEST)).y).floor() / 1e4
     }
 
     /// Radius of the arc at a distance from the middle, m.
@@ -124,7 +124,7 @@ impl Head {
     /// depth [`DEEPEST`].
     pub fn nearest(&self, [y, z]: [f64; 2]) -> f64 {
         let end = self.to_deepest();
-        let at = |s: f64| self.at(s);
+        let at = |s: f64| self.point(s);
         let apart = |s: f64| (at(s).y - y).hypot(at(s).z - z);
         let places = (0..=PLACES).map(|k| end * (2.0 * k as f64 / PLACES as f64 - 1.0));
         let near = places.min_by(|a, b| apart(*a).total_cmp(&apart(*b))).unwrap_or(0.0);
@@ -148,11 +148,11 @@ impl Head {
 
     /// Distance along the tangent of the place at `y`, m, to where the nearer side of the head begins, m.
     pub fn room(&self, y: f64) -> f64 {
-        let here = self.at(y.signum() * self.to_distance(y.abs()));
+        let here = self.point(y.signum() * self.to_distance(y.abs()));
         let end = self.to_angle(self.steep());
         let (sin, cos) = here.angle.sin_cos();
         let along = |s: f64| {
-            let there = self.at(s);
+            let there = self.point(s);
             ((there.y - here.y) * cos + (there.z - here.z) * sin).abs()
         };
         along(end).min(along(-end))
@@ -170,14 +170,14 @@ mod tests {
         let end = head.to_deepest();
         for k in -20..=20 {
             let s = end * f64::from(k) / 20.0;
-            let at = head.at(s);
+            let at = head.point(s);
             assert!((head.nearest([at.y, at.z]) - s).abs() < 1e-12, "{s}");
             // So is that of what lies off it along the normal.
             let off = 1e-3;
             let above = [at.y - off * at.angle.sin(), at.z + off * at.angle.cos()];
             assert!((head.nearest(above) - s).abs() < 1e-9, "{s} {}", head.nearest(above));
         }
-        assert!((head.height - head.at(end).z - DEEPEST).abs() < 1e-12);
+        assert!((head.height - head.point(end).z - DEEPEST).abs() < 1e-12);
     }
 
     /// Places, lengths and angles of 60E1 agree; the height is continuous where arcs and the side meet.
@@ -188,31 +188,31 @@ mod tests {
         for head in ALL.map(|rail| rail.head) {
             for (_, end) in head.arcs() {
                 let s = head.to_angle(end);
-                let [a, b] = [s - 1e-9, s + 1e-9].map(|s| head.at(s));
+                let [a, b] = [s - 1e-9, s + 1e-9].map(|s| head.point(s));
                 assert!((a.y - b.y).hypot(a.z - b.z) < 2.1e-9 && (a.angle - b.angle).abs() < 3e-7, "{a:?} {b:?}");
             }
             for &end in head.ends {
-                assert!((head.at(head.to_distance(end)).y - end).abs() < 1e-15);
+                assert!((head.point(head.to_distance(end)).y - end).abs() < 1e-15);
             }
         }
         for y in [3e-3, 15e-3, 30e-3, head.reach()] {
-            assert!((head.at(head.to_distance(y)).y - y).abs() < 1e-15);
+            assert!((head.point(head.to_distance(y)).y - y).abs() < 1e-15);
         }
         assert_eq!(head.reach(), 0.0353);
-        assert!((head.at(head.to_angle(steep)).y - 36e-3).abs() < 1e-6);
+        assert!((head.point(head.to_angle(steep)).y - 36e-3).abs() < 1e-6);
         assert_eq!([0.0, 0.0102, 0.0103, 0.03].map(|y| head.radius_at(-y)), [0.3, 0.3, 0.08, 0.013]);
         // On the crown the nearer side begins 36 mm away.
         assert!((head.room(0.0) - 36e-3).abs() < 1e-6);
         // Half width and depth where the sides begin: from the tangency of the arcs, round numbers.
         for (rail, [y, depth]) in [(&R49E1, [33.5e-3, 14e-3]), (&R54E1, [35e-3, 14.1e-3]), (&R60E2, [36e-3, 14.3e-3])] {
-            let at = rail.head.at(rail.head.to_angle(rail.head.steep()));
+            let at = rail.head.point(rail.head.to_angle(rail.head.steep()));
             let off = (at.y - y).hypot(rail.head.height - depth - at.z);
             assert!(off < 1e-6, "{}: {at:?}", rail.name);
         }
         // The sides of 115RE, 1:40, are 2 23/32 inch apart on the fishing faces, which meet the middle 1 11/16 inch
         // below the crown with a slope of 1:4.
         let [half, depth] = [2.71875 / 2.0 * 25.4e-3, 1.6875 * 25.4e-3];
-        let at = R115RE.head.at(R115RE.head.to_angle(40.0_f64.atan()));
+        let at = R115RE.head.point(R115RE.head.to_angle(40.0_f64.atan()));
         let lower = R115RE.head.height - depth + half / 4.0;
         assert!((at.y + (at.z - lower) / 40.0 - half).abs() < 1e-7, "{at:?}");
     }

@@ -3,8 +3,6 @@
 use super::joe_kuo::NUMBERS;
 use super::{mixed, Stream, STEP};
 
-/// Most dimensions of a Sobol' sequence here.
-pub const MOST: usize = NUMBERS.len() + 1;
 /// Binary digits of its points.
 const DIGITS: usize = 32;
 
@@ -49,7 +47,7 @@ fn scrambled(x: u32, key: u64) -> u32 {
 }
 
 /// `replicates` independent scramblings of the first `count` points of a Sobol' sequence, one after the other,
-/// `[replicates · count, dimensions]` by rows. At most [`MOST`] dimensions.
+/// `[replicates · count, dimensions]` by rows. At most as many dimensions as there are direction numbers and one.
 pub fn scrambled_sobol(dimensions: usize, count: usize, replicates: usize, seed: u64) -> Vec<Vec<f64>> {
     let all: Vec<[u32; DIGITS]> = (0..dimensions).map(directions).collect();
     let mut points = Vec::with_capacity(count * replicates);
@@ -87,6 +85,9 @@ pub fn latin_hypercube(dimensions: usize, count: usize, seed: u64) -> Vec<Vec<f6
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Most dimensions of a Sobol' sequence.
+    const MOST: usize = NUMBERS.len() + 1;
 
     /// Points 5, 37 and 63 of dimensions 1, 2, 3, 11, 41 and 64, as SciPy 1.17 has them (`scipy.stats.qmc.Sobol`
     /// without scrambling), which takes the same direction numbers.

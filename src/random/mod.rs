@@ -1,10 +1,10 @@
 //! Random inputs and what follows from them: sequences of points in the unit cube, distributions, confidence
 //! intervals, Sobol' indices. It knows nothing of mechanics; every function is the same on every machine and rank.
 
-pub mod cube;
+pub(crate) mod cube;
 pub mod distribution;
-pub mod indices;
-pub mod interval;
+pub(crate) mod indices;
+pub(crate) mod interval;
 mod joe_kuo;
 
 /// A stream of random numbers, SplitMix64 (G. L. Steele, D. Lea, C. H. Flood, Fast splittable pseudorandom number

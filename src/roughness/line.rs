@@ -56,7 +56,7 @@ impl Line {
     }
 
     /// Its height at `s` (m), m.
-    pub fn at(&self, s: f64) -> f64 {
+    pub fn height(&self, s: f64) -> f64 {
         let (n, mut s) = (self.at.len(), s);
         if let Some(period) = self.period {
             let first = self.at[WRAPPED];
@@ -107,7 +107,7 @@ mod tests {
             let at: Vec<f64> = (0..=n).map(place).collect();
             let height: Vec<f64> = at.iter().map(|&s| f(s)).collect();
             let line = Line::repeating(&at, &height, 0.5).unwrap();
-            let worst = (0..997).map(|i| -3.0 + 0.0071 * i as f64).map(|s| (line.at(s) - f(s)).abs());
+            let worst = (0..997).map(|i| -3.0 + 0.0071 * i as f64).map(|s| (line.height(s) - f(s)).abs());
             let worst = worst.fold(0.0, f64::max);
             assert!(worst < before / 11.0, "{n}: {worst:e} after {before:e}");
             before = worst;
@@ -120,7 +120,7 @@ mod tests {
         let at = vec![0.0, 0.1, 0.3, 0.35];
         let line = Line::through(at.clone(), at.iter().map(|s| 2.0 - 3.0 * s).collect()).unwrap();
         for (s, want) in [(-1.0, 2.0), (0.0, 2.0), (0.1, 1.7), (0.22, 1.34), (0.35, 0.95), (2.0, 0.95)] {
-            assert!((line.at(s) - want).abs() < 1e-14, "at {s}: {}, expected {want}", line.at(s));
+            assert!((line.height(s) - want).abs() < 1e-14, "at {s}: {}, expected {want}", line.height(s));
         }
         assert_eq!(line.moved(1.0).ends(), Some([1.0, 1.35]));
         assert!(Line::through(vec![0.0, 0.2, 0.2], vec![0.0; 3]).is_err());

@@ -9,10 +9,10 @@
 
 mod line;
 pub mod read;
-pub mod shape;
+pub(crate) mod shape;
 pub mod spectrum;
 mod surface;
 
 pub use line::Line;
 pub use shape::Shape;
-pub use surface::{Part, Surface};
+pub use surface::{RoughnessFeature, Surface};

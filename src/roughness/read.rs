@@ -292,7 +292,7 @@ impl Measured {
                 return Ok(vec![row[0]]);
             }
             let line = Line::through(self.y.clone(), row.clone())?;
-            Ok(y.iter().map(|&v| line.at(v)).collect())
+            Ok(y.iter().map(|&v| line.height(v)).collect())
         };
         let rows = self.height.iter().map(across).collect::<Result<Vec<_>>>()?;
         (0..rows[0].len())
@@ -328,7 +328,7 @@ mod tests {
         assert!((ends[0] + 0.01).abs() < 1e-15 && (ends[1] - 0.389).abs() < 1e-12, "{ends:?}");
         // Of the wave the line takes away some per cent, as it is not a whole number of them.
         let s = 0.2005;
-        assert!((lines[0].at(s - 0.01) - 3e-6 * (500.0 * s).sin()).abs() < 2e-7);
+        assert!((lines[0].height(s - 0.01) - 3e-6 * (500.0 * s).sin()).abs() < 2e-7);
     }
 
     #[test]
@@ -343,7 +343,7 @@ mod tests {
         // At a sample. The line that was taken away is the same across, so that it is not in differences.
         let s: f64 = 0.031;
         let raw = 2e-6 * (600.0 * s).sin();
-        let at: Vec<f64> = lines.iter().map(|line| line.at(s)).collect();
+        let at: Vec<f64> = lines.iter().map(|line| line.height(s)).collect();
         // Straight across, and level beyond the columns.
         for (got, want) in [(at[0] - at[1], -raw), (at[2] - at[1], 2.5 * raw)] {
             assert!((got - want).abs() < 1e-12, "{got:e}, expected {want:e}");

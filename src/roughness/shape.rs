@@ -49,7 +49,7 @@ impl Shape {
     }
 
     /// Height at the distance `s` (m) from its middle, m.
-    pub fn at(&self, s: f64) -> f64 {
+    pub fn height(&self, s: f64) -> f64 {
         let inside = |length: f64| 2.0 * s.abs() < length;
         match *self {
             Shape::Wave { length, height } => height * (2.0 * PI * s / length).sin(),
@@ -75,20 +75,20 @@ mod tests {
         assert!((Shape::chord(0.05, 0.46) - (0.46 - (0.46f64.powi(2) - 0.025f64.powi(2)).sqrt())).abs() < 1e-6);
         let all = [Shape::Flat { length, depth }, Shape::RoundedFlat { length, depth }, Shape::Joint { length, depth }];
         for shape in all {
-            assert_eq!(shape.at(0.0), -depth);
+            assert_eq!(shape.height(0.0), -depth);
             for s in [-0.0249999999, 0.0249999999, 0.025, 0.3] {
-                assert!(shape.at(s).abs() < 1e-10, "{shape:?} at {s}: {}", shape.at(s));
+                assert!(shape.height(s).abs() < 1e-10, "{shape:?} at {s}: {}", shape.height(s));
             }
-            assert_eq!(shape.at(0.01), shape.at(-0.01));
+            assert_eq!(shape.height(0.01), shape.height(-0.01));
         }
         // A quarter of the way from the middle to the end.
-        let quarter = all.map(|s| s.at(0.00625) / -depth);
+        let quarter = all.map(|s| s.height(0.00625) / -depth);
         let want = [1.0 - 1.0 / 16.0, 0.5 + 0.5f64.sqrt() / 2.0, 9.0 / 16.0];
         assert!((0..3).all(|i| (quarter[i] - want[i]).abs() < 1e-12), "{quarter:?}");
         let step = Shape::Step { length, height };
-        assert_eq!([-1.0, 0.0, 1.0].map(|s| step.at(s)), [0.0, 0.5 * height, height]);
-        assert!((step.at(0.02499999) - height).abs() < 1e-12 && step.at(-0.02499999).abs() < 1e-12);
+        assert_eq!([-1.0, 0.0, 1.0].map(|s| step.height(s)), [0.0, 0.5 * height, height]);
+        assert!((step.height(0.02499999) - height).abs() < 1e-12 && step.height(-0.02499999).abs() < 1e-12);
         let wave = Shape::Wave { length: 0.2, height: 1e-6 };
-        assert!((wave.at(0.05) - 1e-6).abs() < 1e-18 && wave.at(0.1).abs() < 1e-18);
+        assert!((wave.height(0.05) - 1e-6).abs() < 1e-18 && wave.height(0.1).abs() < 1e-18);
     }
 }

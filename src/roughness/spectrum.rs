@@ -133,7 +133,7 @@ mod tests {
     /// Levels of a line in the bands, from samples of its own at places that are not its knots.
     fn levels(line: &Line, length: f64, bands: &[Band]) -> Vec<f64> {
         let n = 65536;
-        let mut height: Vec<f64> = (0..n).map(|i| line.at(0.37 + i as f64 * length / n as f64)).collect();
+        let mut height: Vec<f64> = (0..n).map(|i| line.height(0.37 + i as f64 * length / n as f64)).collect();
         let plan = f64::real_forward(n);
         let mut waves = plan.make_output_vec();
         plan.process(&mut height, &mut waves).unwrap();
@@ -161,7 +161,7 @@ mod tests {
 
     #[test]
     fn the_seed_makes_the_line() {
-        let at = |seed| line(&iso3095(), 3.0, seed).unwrap().at(1.234);
+        let at = |seed| line(&iso3095(), 3.0, seed).unwrap().height(1.234);
         assert!(at(1) == at(1) && at(1) != at(2));
     }
 

@@ -5,7 +5,7 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Something that one of the surfaces has.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Part {
+pub enum RoughnessFeature {
     /// The same line across the whole contact, or one for each of its lateral places, `[1]` or `[ny]`.
     Lines(Vec<Line>),
     /// A shape with its middle `at` this way, m; of a wheel at every turn, after `period`, m.
@@ -19,12 +19,12 @@ pub enum Part {
     },
 }
 
-impl Part {
+impl RoughnessFeature {
     /// Height at the way `s` (m) at the lateral place number `iy`, m.
     fn at(&self, s: f64, iy: usize) -> f64 {
         match self {
-            Part::Lines(lines) => lines.get(iy).or(lines.first()).map_or(0.0, |line| line.at(s)),
-            Part::Shape { shape, at, period } => shape.at(match period {
+            RoughnessFeature::Lines(lines) => lines.get(iy).or(lines.first()).map_or(0.0, |line| line.height(s)),
+            RoughnessFeature::Shape { shape, at, period } => shape.height(match period {
                 Some(period) => (s - at + 0.5 * period).rem_euclid(*period) - 0.5 * period,
                 None => s - at,
             }),
@@ -33,7 +33,7 @@ impl Part {
 
     /// Returns whether it differs across the contact.
     fn varies(&self) -> bool {
-        matches!(self, Part::Lines(lines) if lines.len() > 1)
+        matches!(self, RoughnessFeature::Lines(lines) if lines.len() > 1)
     }
 }
 
@@ -45,7 +45,7 @@ pub struct Surface {
     /// Way over which all heights grow from nothing, m.
     pub onset: f64,
     /// Roughness of the lower and of the upper body.
-    pub parts: [Vec<Part>; 2],
+    pub parts: [Vec<RoughnessFeature>; 2],
 }
 
 impl Surface {
@@ -96,7 +96,7 @@ mod tests {
     /// Roughness ahead, at −x, comes to x after x/V: a bump of either body closes the gap there.
     #[test]
     fn material_flows_towards_plus_x_and_bumps_close_the_gap() {
-        let bump = |at| Part::Shape { shape: Shape::Joint { length: 0.2, depth: -1e-3 }, at, period: None };
+        let bump = |at| RoughnessFeature::Shape { shape: Shape::Joint { length: 0.2, depth: -1e-3 }, at, period: None };
         let x = [-0.1, 0.0, 0.1];
         for body in [0, 1] {
             let mut surface = Surface { speed: 2.0, onset: 0.0, parts: [vec![], vec![]] };
@@ -115,8 +115,11 @@ mod tests {
 
     #[test]
     fn heights_come_in_slowly_repeat_with_the_turns_and_differ_across() {
-        let mut surface =
-            Surface { speed: 1.0, onset: 0.5, parts: [vec![Part::Lines(vec![ramp(1.0), ramp(3.0)])], vec![]] };
+        let mut surface = Surface {
+            speed: 1.0,
+            onset: 0.5,
+            parts: [vec![RoughnessFeature::Lines(vec![ramp(1.0), ramp(3.0)])], vec![]],
+        };
         assert_eq!(surface.height(0, 0.0, 0), 0.0);
         assert!((surface.height(0, 0.25, 0) - 0.125).abs() < 1e-12);
         assert!((surface.height(0, 2.0, 1) - 6.0).abs() < 1e-12);
@@ -124,7 +127,7 @@ mod tests {
         surface.travel(1.0, &[0.0, 0.5], &[10.0; 4], &mut gap);
         assert!(gap.iter().zip([9.0, 9.5, 7.0, 8.5]).all(|(g, want)| (g - want).abs() < 1e-12), "{gap:?}");
         let flat = Shape::Flat { length: 0.1, depth: 1.0 };
-        surface.parts[1].push(Part::Shape { shape: flat, at: 0.2, period: Some(3.0) });
+        surface.parts[1].push(RoughnessFeature::Shape { shape: flat, at: 0.2, period: Some(3.0) });
         for turn in [1.0, 2.0, 7.0] {
             let s = 0.2 + 3.0 * turn;
             assert!((surface.height(1, s, 0) + 1.0).abs() < 1e-9 && surface.height(1, s + 0.06, 0) == 0.0);

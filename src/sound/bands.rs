@@ -8,7 +8,7 @@ use crate::{Error, Result};
 /// ```
 /// use railsqueal::sound::Bands;
 ///
-/// let bands = Bands::of(800.0, 1250.0);
+/// let bands = Bands::spanning(800.0, 1250.0);
 /// assert_eq!(bands.nominal(), [800.0, 1000.0, 1250.0]);
 /// assert!((bands.centres()[0] - 794.3).abs() < 0.1);
 /// ```
@@ -54,7 +54,7 @@ impl Bands {
     }
 
     /// From the band that holds `lowest` to that which holds `highest` (Hz).
-    pub fn of(lowest: f64, highest: f64) -> Self {
+    pub fn spanning(lowest: f64, highest: f64) -> Self {
         Self { first: number(lowest), last: number(highest) }
     }
 
@@ -69,19 +69,19 @@ impl Bands {
     }
 
     /// Lower end of the first band, Hz.
-    pub fn begin(&self) -> f64 {
+    pub fn lowest(&self) -> f64 {
         exact(self.first) / half()
     }
 
     /// Upper end of the last band, Hz.
-    pub fn end(&self) -> f64 {
+    pub fn highest(&self) -> f64 {
         exact(self.last) * half()
     }
 
     /// Frequencies, Hz, a third of a band apart, from the beginning to the end.
     pub fn grid(&self) -> Vec<f64> {
         let count = 3 * (self.last - self.first + 1);
-        (0..=count).map(|g| self.begin() * 10f64.powf(f64::from(g) / 30.0)).collect()
+        (0..=count).map(|g| self.lowest() * 10f64.powf(f64::from(g) / 30.0)).collect()
     }
 
     /// Shares of the interval from `low` to `high` (Hz) in the bands, `(band, share)`.
@@ -145,7 +145,7 @@ mod tests {
 
     #[test]
     fn bands_have_the_standards_names_and_cover_the_frequencies() {
-        let bands = Bands::of(80.0, 8000.0);
+        let bands = Bands::spanning(80.0, 8000.0);
         let names = bands.nominal();
         assert_eq!(names[..5], [80.0, 100.0, 125.0, 160.0, 200.0]);
         assert_eq!(names[18..], [5000.0, 6300.0, 8000.0]);
@@ -153,8 +153,8 @@ mod tests {
             assert!((exact / name - 1.0).abs() < 0.02, "{exact} is called {name}");
         }
         // Every interval within is divided without rest, whatever its place.
-        let mut low = bands.begin();
-        while low + 7.3 < bands.end() {
+        let mut low = bands.lowest();
+        while low + 7.3 < bands.highest() {
             let total: f64 = bands.shares(low, low + 7.3).iter().map(|s| s.1).sum();
             assert!((total - 1.0).abs() < 1e-9, "{low}: {total}");
             low += 7.3;
@@ -162,14 +162,14 @@ mod tests {
         assert!(bands.shares(10.0, 20.0).is_empty());
         let grid = bands.grid();
         assert_eq!(grid.len(), 3 * names.len() + 1);
-        assert!((grid[grid.len() - 1] / bands.end() - 1.0).abs() < 1e-12);
+        assert!((grid[grid.len() - 1] / bands.highest() - 1.0).abs() < 1e-12);
     }
 
     #[test]
     fn bands_end_where_the_modes_do() {
         let reach = 1000.0 * 10f64.powf(0.05);
-        assert_eq!(Bands::between(100.0, reach).expect("bands"), Bands::of(100.0, 1000.0));
-        assert_eq!(Bands::between(100.0, reach - 0.1).expect("bands"), Bands::of(100.0, 800.0));
+        assert_eq!(Bands::between(100.0, reach).expect("bands"), Bands::spanning(100.0, 1000.0));
+        assert_eq!(Bands::between(100.0, reach - 0.1).expect("bands"), Bands::spanning(100.0, 800.0));
         let error = Bands::between(100.0, 105.0).expect_err("too few modes");
         assert!(error.message().contains("112.2 Hz"), "{error}");
     }

@@ -7,11 +7,11 @@
 //! resistance matrix of the modes (F. Fahy, P. Gardonio, *Sound and Structural Vibration*, 2nd ed., 2007, chapter 3).
 
 pub mod bands;
-pub mod line;
-pub mod panels;
-pub mod power;
+pub(crate) mod line;
+pub(crate) mod panels;
+pub(crate) mod power;
 pub mod radiators;
-pub mod revolved;
+pub(crate) mod revolved;
 pub mod spectrum;
 pub mod surface;
 

@@ -107,7 +107,7 @@ pub const PATCH: f64 = 1.0 / 3.0;
 impl Radiation {
     /// Edge of the patches that the bands need, m.
     pub fn patch_size(bands: &Bands, air: Air) -> f64 {
-        PATCH * air.speed / bands.end()
+        PATCH * air.speed / bands.highest()
     }
 
     /// Radiation resistances at the frequencies of the bands, N·s/m per kg, `[frequencies × m × m]`: those of part
@@ -166,11 +166,11 @@ impl Radiation {
 
     /// Radiation resistance of the mode `j` of `m` at the frequency `f` (Hz), N·s/m per kg; 0 outside the bands.
     pub fn of_mode(&self, f: f64, (j, m): (usize, usize)) -> f64 {
-        if !(self.bands.begin()..=self.bands.end()).contains(&f) {
+        if !(self.bands.lowest()..=self.bands.highest()).contains(&f) {
             return 0.0;
         }
         let x: Vec<Complex64> = (0..m).map(|i| Complex64::new(if i == j { 1.0 } else { 0.0 }, 0.0)).collect();
-        self.of(f, &x)[0]
+        self.power(f, &x)[0]
     }
 
     /// Power in each third octave, W, of a periodic motion: `lines` are the complex amplitudes of the modal velocities
@@ -179,12 +179,12 @@ impl Radiation {
         let mut power = vec![0.0; self.bands.centres().len()];
         for (k, x) in lines.iter().enumerate() {
             let f = (k + 1) as f64 * f;
-            if (self.bands.begin()..self.bands.end()).contains(&f) {
+            if (self.bands.lowest()..self.bands.highest()).contains(&f) {
                 // The band that holds the line.
                 let place = self.bands.shares(f, f * (1.0 + 1e-9));
                 let band = place.into_iter().max_by(|a, b| a.1.total_cmp(&b.1));
                 if let Some(power) = band.and_then(|(band, _)| power.get_mut(band)) {
-                    *power += 0.5 * self.of(f, x)[0].max(0.0);
+                    *power += 0.5 * self.power(f, x)[0].max(0.0);
                 }
             }
         }
@@ -193,7 +193,7 @@ impl Radiation {
 
     /// Power of the modal velocities x (complex, `[m]`) at the frequency `f` (Hz), xᴴ R x, with R between those at
     /// the frequencies where it is known; and that of plane waves.
-    pub(super) fn of(&self, f: f64, x: &[Complex64]) -> [f64; 2] {
+    pub(super) fn power(&self, f: f64, x: &[Complex64]) -> [f64; 2] {
         let last = self.grid.len() - 2;
         let g = self.grid.partition_point(|&a| a <= f).saturating_sub(1).min(last);
         let apart = (self.grid[g + 1] / self.grid[g]).ln();
@@ -224,8 +224,8 @@ impl<'a> PowerSpectrum<'a> {
     /// Nothing yet, on lines at the multiples of `spacing` (Hz).
     pub fn new(radiation: &'a Radiation, spacing: f64) -> Self {
         // All lines whose intervals reach into the bands.
-        let first = (radiation.bands.begin() / spacing - 0.5).ceil().max(1.0) as usize;
-        let last = (radiation.bands.end() / spacing + 0.5).floor() as usize;
+        let first = (radiation.bands.lowest() / spacing - 0.5).ceil().max(1.0) as usize;
+        let last = (radiation.bands.highest() / spacing + 0.5).floor() as usize;
         Self { radiation, spacing, first, sums: vec![[0.0; 2]; (last + 1).saturating_sub(first)], pieces: 0 }
     }
 
@@ -235,7 +235,7 @@ impl<'a> PowerSpectrum<'a> {
         for (i, sum) in self.sums.iter_mut().enumerate() {
             let line = self.first + i;
             x.iter_mut().zip(lines).for_each(|(x, l)| *x = l.get(line).copied().unwrap_or_default());
-            let power = self.radiation.of(line as f64 * self.spacing, &x);
+            let power = self.radiation.power(line as f64 * self.spacing, &x);
             sum.iter_mut().zip(power).for_each(|(s, p)| *s += p);
         }
         self.pieces += 1;
@@ -323,7 +323,7 @@ mod tests {
     #[test]
     fn a_tone_is_found_in_its_band_with_its_power() {
         for (f, weight) in [(1000.0, 0.0), (100.0, -19.1), (107.0, -19.1), (2400.0, 1.3)] {
-            let bands = Bands::of(63.0, 4000.0);
+            let bands = Bands::spanning(63.0, 4000.0);
             let radiation = radiation(&piston(), bands);
             let rate = 20e3;
             let welch = Welch::new(rate, super::super::bands::resolving_time(63.0));
@@ -360,21 +360,21 @@ mod tests {
         let area = 1e-4;
         let patches: BTreeMap<Key, Patch> = [([0; 4], Patch { area, moment: [0.0; 3], flow: vec![area; 2] })].into();
         let two = Radiators::new(patches, 1e-3, Mat::from_fn(2, 2, |_, _| area));
-        let radiation = radiation(&two, Bands::of(500.0, 1000.0));
+        let radiation = radiation(&two, Bands::spanning(500.0, 1000.0));
         let one = Complex64::new(0.3, -0.4);
-        let [single, _] = radiation.of(700.0, &[one, Complex64::default()]);
-        let [both, plane] = radiation.of(700.0, &[one, one]);
+        let [single, _] = radiation.power(700.0, &[one, Complex64::default()]);
+        let [both, plane] = radiation.power(700.0, &[one, one]);
         assert!((both / single - 4.0).abs() < 1e-12, "{both} for {single}");
         assert!((plane / (AIR.density * AIR.speed * area) - 1.0).abs() < 1e-12, "{plane}");
-        let [none, _] = radiation.of(700.0, &[one, -one]);
+        let [none, _] = radiation.power(700.0, &[one, -one]);
         assert!(none.abs() < 1e-12 * single, "{none} for {single}");
     }
 
     #[test]
     fn patches_are_as_large_as_the_wave_length_allows_and_no_larger() {
-        let bands = Bands::of(500.0, 2000.0);
+        let bands = Bands::spanning(500.0, 2000.0);
         let fine = Radiation::patch_size(&bands, AIR);
-        assert!((fine - AIR.speed / bands.end() / 3.0).abs() < 1e-12, "{fine}");
+        assert!((fine - AIR.speed / bands.highest() / 3.0).abs() < 1e-12, "{fine}");
         // A square plate of patches much smaller than that.
         let (size, n) = (0.25 * fine, 32);
         let mut patches: BTreeMap<Key, Patch> = BTreeMap::new();
@@ -397,17 +397,17 @@ mod tests {
 
     #[test]
     fn a_line_across_the_border_of_two_bands_is_divided() {
-        let bands = Bands::of(400.0, 800.0);
+        let bands = Bands::spanning(400.0, 800.0);
         let radiation = radiation(&piston(), bands);
         let spacing = 11.0;
         // The lower border of the first band and that between the second and the third, with the line next to each.
-        for (band, border) in [(0, bands.begin()), (2, 1000.0 * 10f64.powf(-0.25))] {
+        for (band, border) in [(0, bands.lowest()), (2, 1000.0 * 10f64.powf(-0.25))] {
             let line = (border / spacing).round() as usize;
             let mut lines = vec![Complex64::default(); 200];
             lines[line] = Complex64::new(1e-3, 0.0);
             let mut spectrum = PowerSpectrum::new(&radiation, spacing);
             spectrum.add(&[lines]);
-            let all = radiation.of(line as f64 * spacing, &[Complex64::new(1e-3, 0.0)])[0] * spacing;
+            let all = radiation.power(line as f64 * spacing, &[Complex64::new(1e-3, 0.0)])[0] * spacing;
             let above = (line as f64 + 0.5) - border / spacing;
             assert!(above > 0.05 && above < 0.95, "{above}");
             let power = spectrum.third_octaves().power;

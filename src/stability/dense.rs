@@ -34,7 +34,7 @@ pub const LARGEST: usize = DENSE;
 
 /// A body on all its degrees of freedom, N of them.
 #[derive(Debug, Clone)]
-pub struct Whole {
+pub struct FullOrderBody {
     /// Stiffness, N/m, `[N, N]`.
     pub stiffness: Mat<f64>,
     /// Mass, kg, `[N, N]`.
@@ -45,7 +45,7 @@ pub struct Whole {
     pub trace: Mat<f64>,
 }
 
-impl Whole {
+impl FullOrderBody {
     /// Collective: a distributed body with `factor` times its damping, on rank 0.
     pub fn gather(world: &World, body: &dyn FullSystem, factor: f64) -> Option<Self> {
         let (stiffness, mass) = (body.stiffness().gather(world), body.mass().gather(world));
@@ -73,19 +73,23 @@ pub struct DensePencil {
 
 /// All finite eigenvalues, both of each conjugate pair, by falling growth rate, each with a backward error of at most
 /// `tolerance`. `bodies` are the lower and the upper one, `None` for one that does not move.
-pub fn eigenpairs(bodies: [Option<&Whole>; 2], contact: &LinearContact, tolerance: f64) -> Result<Vec<DensePair>> {
+pub fn eigenpairs(
+    bodies: [Option<&FullOrderBody>; 2],
+    contact: &LinearContact,
+    tolerance: f64,
+) -> Result<Vec<DensePair>> {
     Ok(spectrum(bodies, contact, tolerance)?.0)
 }
 
 /// The same with the pencil that they are eigenvalues of; none where nothing has mass.
 pub fn spectrum(
-    bodies: [Option<&Whole>; 2],
+    bodies: [Option<&FullOrderBody>; 2],
     contact: &LinearContact,
     tolerance: f64,
 ) -> Result<(Vec<DensePair>, Option<DensePencil>)> {
     let sizes = bodies.map(|b| b.map_or(0, |m| m.stiffness.nrows()));
     let n = sizes[0] + sizes[1];
-    let full = |of: &dyn Fn(&Whole) -> Option<&Mat<f64>>| {
+    let full = |of: &dyn Fn(&FullOrderBody) -> Option<&Mat<f64>>| {
         let mut a = Mat::<f64>::zeros(n, n);
         for (body, first) in bodies.iter().zip([0, sizes[0]]) {
             let Some(own) = body.and_then(of) else { continue };
@@ -285,7 +289,7 @@ mod tests {
         let [k1, k2] = [100.0, 75.0].map(|f: f64| (2.0 * PI * f).powi(2));
         let entries =
             [(0, 0, k1), (2, 2, k1), (0, 2, -k1), (2, 0, -k1), (1, 1, k2), (3, 3, k2), (1, 3, -k2), (3, 1, -k2)];
-        let body = Whole {
+        let body = FullOrderBody {
             mass: matrix(4, &[(0, 0, 1.0), (1, 1, 1.0)]),
             damping: None,
             stiffness: matrix(4, &entries),
@@ -303,7 +307,7 @@ mod tests {
     #[test]
     fn friction_acts_against_the_sliding() {
         let (m, k, coupled, mu) = (2.0, 8e4, 3e4, 0.4);
-        let body = Whole {
+        let body = FullOrderBody {
             mass: matrix(2, &[(0, 0, m), (1, 1, m)]),
             damping: None,
             stiffness: matrix(2, &[(0, 0, k), (1, 1, 2.0 * k), (0, 1, coupled), (1, 0, coupled)]),
@@ -325,7 +329,7 @@ mod tests {
     #[test]
     fn damping_across_and_falling_friction_along() {
         let (m, k) = (2.0, 8e4);
-        let body = Whole {
+        let body = FullOrderBody {
             mass: matrix(2, &[(0, 0, m), (1, 1, m)]),
             damping: None,
             stiffness: matrix(2, &[(0, 0, k), (1, 1, k)]),

@@ -5,9 +5,9 @@ pub mod criterion;
 pub mod dense;
 mod equilibrium;
 pub mod full;
-pub mod point;
+pub(crate) mod point;
 pub mod reduced;
-pub mod rightmost;
+pub(crate) mod rightmost;
 pub mod secular;
 pub mod sensitivity;
 
@@ -96,7 +96,7 @@ pub fn continued(
         return Ok(None);
     };
     let all = pairs.iter().map(|p| p.value).collect();
-    let eigenpairs = kept(stability, pairs, limit);
+    let eigenpairs = listed_pairs(stability, pairs, limit);
     Ok(Some(Spectrum { eigenpairs, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() }))
 }
 
@@ -112,7 +112,7 @@ fn by(few: Few, stability: &job::Stability, pair: &CoupledModel, contact: &Linea
         }
     };
     let all = pairs.iter().map(|p| p.value).collect();
-    let kept = kept(stability, pairs, limit);
+    let kept = listed_pairs(stability, pairs, limit);
     Ok(Spectrum { eigenpairs: kept, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() })
 }
 
@@ -165,7 +165,7 @@ fn limit(stability: &job::Stability, pair: &CoupledModel) -> Result<f64> {
 }
 
 /// Members of `pairs` that are listed, by the frequency `limit`, Hz.
-pub fn kept(stability: &job::Stability, pairs: Vec<Eigenpair>, limit: f64) -> Vec<Eigenpair> {
+pub fn listed_pairs(stability: &job::Stability, pairs: Vec<Eigenpair>, limit: f64) -> Vec<Eigenpair> {
     pairs.into_iter().filter(|e| listed(stability, e, limit)).collect()
 }
 

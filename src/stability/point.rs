@@ -56,7 +56,7 @@ pub struct OfLaw {
 
 impl OfLaw {
     /// The eigenvalue that is the partner of number `place` of the discretised contact, 1/s.
-    pub fn of(&self, place: usize) -> Option<C> {
+    pub fn partner(&self, place: usize) -> Option<C> {
         let at = self.partners.iter().position(|p| *p == Some(place));
         at.map(|i| self.eigenpairs[i].value)
     }

@@ -34,7 +34,9 @@ pub fn rightmost(
     values.retain(|v| listed(&pair(*v, &[], 0.0)));
     values.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
     for value in values {
-        let (vector, backward_error) = vector(&pencil, value);
+        // Any start will do that is not blind for the vector: phases without a pattern.
+        let start = Mat::from_fn(pencil.a.nrows(), 1, |i, _| C::from_polar(1.0, (i * i) as f64));
+        let (vector, backward_error) = vector(&pencil, value, start);
         if !(backward_error <= tolerance) {
             // Defective, or worse: all of them say what is wrong.
             let all = eigenpairs(bodies, contact, tolerance)?;
@@ -48,15 +50,15 @@ pub fn rightmost(
     Ok(None)
 }
 
-/// The vector of norm 1 of the eigenvalue `value` of `pencil`, and the backward error of both.
-fn vector(pencil: &Pencil, value: C) -> (Vec<C>, f64) {
+/// The vector of norm 1 of the eigenvalue `value` of `pencil` that inverse iteration finds from `start`, `[n, 1]`, and
+/// the backward error of both.
+pub(super) fn vector(pencil: &Pencil, value: C, start: Mat<C>) -> (Vec<C>, f64) {
     let n = pencil.a.nrows();
     // Just beside it the matrix can be factored.
     let beside = value + C::new(1e-13, 1e-13) * value.norm();
     let of = |i: usize, j: usize| C::new(pencil.a[(i, j)], 0.0) - beside * pencil.e[(i, j)];
     let lu = Mat::from_fn(n, n, of).partial_piv_lu();
-    // Any start will do that is not blind for the vector: phases without a pattern.
-    let mut x = Mat::from_fn(n, 1, |i, _| C::from_polar(1.0, (i * i) as f64));
+    let mut x = start;
     for _ in 0..STEPS {
         let image = Mat::from_fn(n, 1, |i, _| (0..n).map(|j| x[(j, 0)] * pencil.e[(i, j)]).sum::<C>());
         x = lu.solve(&image);

@@ -17,31 +17,36 @@
 //! counts those inside. Where that is not certain, or anything else fails, there is no answer, and the whole spectrum
 //! of the dense pencil has to be taken.
 
-use super::reduced::{check, contact_rows, ContactRows, Eigenpair, Pencil, View};
+use super::reduced::{check, contact_rows, ContactRows, Eigenpair, View};
 use crate::contact::LinearContact;
 use crate::model::CoupledModel;
 use crate::Result;
 use errors::{Scaled, Vectors};
 use faer::Mat;
-use following::Following;
 use interpolated::Interpolated;
-use modal::{real_times, Modes};
+use modal::Modes;
 use num_complex::Complex;
 use small::Lu;
-use std::cell::RefCell;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::rc::Rc;
 use terms::Charges;
 
+mod condensed;
 mod continued;
+mod count;
 mod errors;
 mod following;
 mod interpolated;
+mod last;
 mod modal;
 mod small;
 mod terms;
 
+use condensed::Condensed;
 pub use continued::{continued, KnownSpectrum};
+use count::left;
+pub use last::{begin_at, State};
+use last::{Last, LAST};
 
 type C = Complex<f64>;
 
@@ -89,26 +94,6 @@ const LOOKED_AT: [usize; 2] = [16, 48];
 const CONTINUED: [usize; 2] = [3, 48];
 /// Phase that is 0 or π.
 const EVEN: f64 = 0.05;
-
-/// Data of the last state.
-#[derive(Clone, Default)]
-struct Last {
-    poles: Vec<C>,
-    roots: Vec<C>,
-    /// Their positions a state earlier.
-    before: Vec<C>,
-    /// K at some frequencies.
-    contact: Vec<C>,
-    /// How it had changed.
-    change: Vec<C>,
-    /// Relaxations of the contact that are as little damped as what is listed.
-    relaxations: Vec<C>,
-}
-
-thread_local! {
-    /// From one state to the next the roots are mostly near.
-    static LAST: RefCell<Last> = RefCell::new(Last::default());
-}
 
 /// All eigenvalues with a damping ratio up to `ratio`, or growing, both of each conjugate pair, by falling growth
 /// rate, each with a backward error of at most `tolerance`. None where it is not certain that these are all.
@@ -158,65 +143,6 @@ struct Secular {
     angle: f64,
 }
 
-/// The contact in what it sees: rows (λ `by_rate` + `at_rest`) (y, f) = 0 and forces on y, `[r, r + nf]`.
-struct Condensed {
-    rows: ContactRows,
-    seen: usize,
-    following: Following,
-    /// Forces on y by the f of [`Following::turned`], `[r, nf]`.
-    turned: Mat<f64>,
-}
-
-impl Condensed {
-    fn new(mut rows: ContactRows, seen: usize, rate: f64) -> Self {
-        // Rows of one size.
-        for i in 0..rows.by_rate.nrows() {
-            let size = |j: usize| rows.by_rate[(i, j)].abs() * rate + rows.at_rest[(i, j)].abs();
-            let largest = (0..rows.by_rate.ncols()).map(size).fold(0.0, f64::max);
-            if largest > 0.0 {
-                for j in 0..rows.by_rate.ncols() {
-                    rows.by_rate[(i, j)] /= largest;
-                    rows.at_rest[(i, j)] /= largest;
-                }
-            }
-        }
-        let following = Following::new(&rows, seen, rate);
-        let turned = following.onto(rows.forces.as_ref().subcols(seen, rows.by_rate.nrows()));
-        Self { rows, seen, following, turned }
-    }
-
-    fn unknowns(&self) -> usize {
-        self.rows.by_rate.nrows()
-    }
-
-    /// Forces on y per y at λ, `[r, r]`.
-    fn stiffness(&self, lambda: C) -> Mat<C> {
-        self.forces(&self.following.turned(lambda))
-    }
-
-    /// The same where f follows y as [`Following::turned`] says.
-    fn forces(&self, turned: &Mat<C>) -> Mat<C> {
-        let r = self.seen;
-        let mut k = real_times(&self.turned, turned);
-        for j in 0..r {
-            for i in 0..r {
-                k[(i, j)] += self.rows.forces[(i, j)];
-            }
-        }
-        k
-    }
-
-    /// Eigenvalues of the contact by itself, y = 0, with Im ≥ 0, whose angle is at most `angle`; none where they are
-    /// not to be had.
-    fn relaxations(&self, rate: f64, angle: f64) -> Option<Vec<C>> {
-        let (r, nf) = (self.seen, self.unknowns());
-        let part = |of: &Mat<f64>, f: f64| Mat::from_fn(nf, nf, |i, j| f * of[(i, r + j)]);
-        let pencil = Pencil::of(part(&self.rows.at_rest, -1.0), part(&self.rows.by_rate, rate));
-        let values = pencil.values().ok()?;
-        Some(values.into_iter().map(|v| v * rate).filter(|v| v.im.atan2(v.re) <= angle).collect())
-    }
-}
-
 impl Secular {
     /// None where the problem is not for this method.
     fn new(bodies: &CoupledModel, contact: &LinearContact, ratio: f64) -> Result<Option<Self>> {
@@ -235,7 +161,7 @@ impl Secular {
         }
         let angle = FRAC_PI_2 + ratio.asin();
         let within = FRAC_PI_2 + (ratio + MARGIN).asin();
-        let Some((modes, shapes)) = Modes::at(bodies, &places(contact), within) else { return Ok(None) };
+        let Some((modes, shapes)) = Modes::build(bodies, &places(contact), within) else { return Ok(None) };
         let [low, high] = modes.range();
         let rate = (low * high).sqrt();
         let view = View { modes: shapes.as_ref(), residual: bodies.residual.as_ref() };
@@ -448,45 +374,6 @@ impl Secular {
         values.iter().zip(compliances.chunks_exact(r * r)).map(of).collect()
     }
 
-    /// How many eigenvalues within the ray, both of each conjugate pair, are missing in `roots`; none where the count
-    /// is not certain.
-    fn missing(&self, roots: &[C]) -> Option<i64> {
-        self.missing_by(roots, &[])
-    }
-
-    /// The same by the phase at the logarithms `among` of frequencies as well, ascending.
-    fn missing_by(&self, roots: &[C], among: &[f64]) -> Option<i64> {
-        let [poles, roots] = self.balanced(roots);
-        let [low, high] = self.modes.range().map(f64::ln);
-        let on_ray = |u: f64| C::from_polar(u.exp(), self.angle);
-        let at = |u: f64| self.rest(&roots, &poles, &[on_ray(u)])[0];
-        let even = |v: C| (v.im / PI - (v.im / PI).round()).abs() * PI < EVEN;
-        let one = |v: C| wrapped(v.im).abs() < EVEN && v.re.abs() < EVEN;
-        // Down to where it is real and up to where it is 1.
-        let mut points = vec![(low, at(low))];
-        let mut u = low;
-        while u > low - BELOW[0] || !even(points[0].1) {
-            u -= STEP;
-            if u < low - BELOW[1] {
-                return None;
-            }
-            points.insert(0, (u, at(u)));
-        }
-        let among: Vec<f64> = among.iter().copied().filter(|u| *u > low && *u < high).collect();
-        let values: Vec<C> = among.iter().map(|u| on_ray(*u)).collect();
-        points.extend(among.iter().copied().zip(self.rest(&roots, &poles, &values)));
-        u = among.last().copied().unwrap_or(low);
-        while u < high + ABOVE[0] || !points.last().is_some_and(|p| one(p.1)) {
-            u += STEP;
-            if u > high + ABOVE[1] {
-                return None;
-            }
-            points.push((u, at(u)));
-        }
-        // From 0, where it is real, to infinity, where it is 1: π less for each that is missing.
-        Some((-turned(points, &at)? / PI).round() as i64)
-    }
-
     /// Forces on the functions that an eigenvalue makes, each of norm 1, and the motion of these under them, `[r,
     /// roots]`.
     fn forces(&self, roots: &[C]) -> (Vec<Vec<C>>, Mat<C>) {
@@ -581,106 +468,6 @@ struct Lifted {
     /// Squares of the norms of q.
     squares: Vec<f64>,
     errors: Vec<f64>,
-}
-
-/// The next state begins at `values`, which something else has found of the bodies of the last one.
-pub fn begin_at(values: impl Iterator<Item = C>) {
-    if let Some(modes) = Modes::last() {
-        let near = |v: &C| v.im > REAL * v.norm() && v.im.atan2(v.re) <= modes.within();
-        LAST.set(Last { poles: modes.poles.clone(), roots: values.filter(near).collect(), ..Last::default() });
-    }
-}
-
-/// Last state that this rank knows.
-#[derive(Clone, Default)]
-pub struct State {
-    last: Last,
-    modes: Option<Rc<Modes>>,
-}
-
-impl State {
-    /// State that is known now.
-    pub fn present() -> Self {
-        Self { last: LAST.with_borrow(Last::clone), modes: Modes::last() }
-    }
-
-    /// The next state begins from here, whichever was computed last: what is found then depends on this one alone, to
-    /// the last bit.
-    pub fn restore(&self) {
-        LAST.set(self.last.clone());
-        Modes::know(self.modes.clone());
-    }
-}
-
-impl Last {
-    /// Returns whether these poles are those of the last state, or near them one by one.
-    fn is_near(&self, poles: &[C]) -> bool {
-        let near = |(a, b): (&C, &C)| (a - b).norm() <= FAR * b.norm();
-        !self.roots.is_empty() && self.poles.len() == poles.len() && self.poles.iter().zip(poles).all(near)
-    }
-
-    /// Expected positions of the roots when the contact is `now`: on their way, if the contact goes on as it went.
-    fn foreseen(&self, now: &[C]) -> Vec<C> {
-        if self.before.is_empty() || self.change.len() != now.len() {
-            return self.roots.clone();
-        }
-        let change: Vec<C> = now.iter().zip(&self.contact).map(|(a, b)| a - b).collect();
-        let square = |v: &[C]| v.iter().map(C::norm_sqr).sum::<f64>();
-        let product: C = change.iter().zip(&self.change).map(|(a, b)| a * b.conj()).sum();
-        let times = product.re / square(&self.change);
-        let aside: Vec<C> = change.iter().zip(&self.change).map(|(a, b)| a - b * times).collect();
-        if !(square(&aside) <= STRAIGHT[0].powi(2) * square(&change) && times.abs() <= STRAIGHT[1]) {
-            return self.roots.clone();
-        }
-        let ahead = |(v, before): (&C, &C)| v + (v - before) * times;
-        let within = |(v, to): (&C, C)| if (to - v).norm() <= FAR * v.norm() && to.im > 0.0 { to } else { *v };
-        let all = self.roots.iter().zip(&self.before);
-        self.roots.iter().zip(all.map(ahead)).map(within).collect()
-    }
-}
-
-/// Estimate of the distance of a root to its place after a change, by the `changes` of all, each with its number: that
-/// of another root counts by the square of the distance to it.
-fn left(all: &[C], changes: &[(usize, f64)], (own, change): (usize, f64)) -> f64 {
-    let value = all[own];
-    let others = changes.iter().filter(|c| c.0 != own);
-    let bent = others.map(|&(k, other)| other / (all[k] - value).norm_sqr()).sum::<f64>();
-    change * change * (CROWDED / value.norm() + bent)
-}
-
-/// An angle in (−π, π].
-fn wrapped(angle: f64) -> f64 {
-    angle - 2.0 * PI * (angle / (2.0 * PI)).round()
-}
-
-/// By how much the phase of e^(`at`) turns from a real value before the first of `points` to 1 beyond the last; none
-/// where it is not certain.
-fn turned(mut points: Vec<(f64, C)>, at: &dyn Fn(f64) -> C) -> Option<f64> {
-    let step = |a: &(f64, C), b: &(f64, C)| C::new(b.1.re - a.1.re, wrapped(b.1.im - a.1.im));
-    for _ in 0..=HALVINGS {
-        if points.iter().any(|p| !p.1.is_finite()) {
-            return None;
-        }
-        let steps: Vec<C> = points.windows(2).map(|w| step(&w[0], &w[1])).collect();
-        // Per unit of u, so that steps of unlike length can be compared.
-        let length = |i: usize| points[i + 1].0 - points[i].0;
-        let slope = |i: usize| steps[i] / length(i);
-        let smooth = |i: usize| {
-            let bent = |j: usize| (slope(i) - slope(j)).norm() * length(i) <= SMOOTH[1];
-            steps[i].norm() <= SMOOTH[0] && (i == 0 || bent(i - 1)) && (i + 1 == steps.len() || bent(i + 1))
-        };
-        let rough: Vec<usize> = (0..steps.len()).filter(|&i| !smooth(i)).collect();
-        if rough.is_empty() {
-            let (first, last) = (points.first()?.1.im, points.last()?.1.im);
-            let before = first - PI * (first / PI).round();
-            return Some(before + steps.iter().map(|s| s.im).sum::<f64>() - wrapped(last));
-        }
-        for &i in rough.iter().rev() {
-            let u = 0.5 * (points[i].0 + points[i + 1].0);
-            points.insert(i + 1, (u, at(u)));
-        }
-    }
-    None
 }
 
 /// Contact rows, ascending, that the linearised laws ask for.

@@ -211,7 +211,7 @@ impl Forms {
                     section - amplitude(ring.node, c, k)
                 };
                 let stretch: Vec<f64> = (0..m).map(stretched).collect();
-                let stiffness = self.path.whole(n) * mass / (2.0 * PI) * tie[c];
+                let stiffness = self.path.length_integral(n) * mass / (2.0 * PI) * tie[c];
                 (0..m).for_each(|k| loss.stored[k] += stiffness * stretch[k] * stretch[k]);
                 let dashpot = factor * stiffness / omega;
                 loss.viscous += Mat::from_fn(m, m, |i, j| dashpot * stretch[i] * stretch[j]);
@@ -269,7 +269,7 @@ impl Section {
                 let shape = element.kind.shape(local, 0.0);
                 let off = self.interpolated(element, &shape.value);
                 let off = [place[0] - off[0], place[1] - off[1]];
-                let (_, jacobian) = self.at(element, &shape);
+                let (_, jacobian) = self.jacobian(element, &shape);
                 for (k, unit) in [[1.0, 0.0], [0.0, 1.0]].into_iter().enumerate() {
                     let slope = jacobian.slope(unit);
                     local[k] = (local[k] + slope[0] * off[0] + slope[1] * off[1]).clamp(-3.0, 3.0);

@@ -85,7 +85,7 @@ impl Beam {
         let matrix = Mat::from_fn(2 * size, 2 * size, |row, column| {
             let (i, j) = (row % size, column % size);
             let k = path.wavenumber(i);
-            let here = |v: C64| if i == j { path.whole(i) * v } else { C64::default() };
+            let here = |v: C64| if i == j { path.length_integral(i) * v } else { C64::default() };
             let slow = |mass: f64, integral: f64| C64::I * omega * mass * integral;
             match (row < size, column < size) {
                 (true, true) => here(shear * k * k + carried) + slow(self.density * self.area, ends.cosines(i, j)),

@@ -117,7 +117,7 @@ impl Sides {
         if length <= straight {
             return on_line(self.rail.side, length / straight);
         }
-        let place = self.head().at(self.corner + arc - (length - straight));
+        let place = self.head().point(self.corner + arc - (length - straight));
         [place.y, place.z]
     }
 
@@ -146,7 +146,7 @@ impl Sides {
                 false => on_line(rail.underside, 1.0 - beside(s, half)),
             };
             let upper = |s: f64| {
-                let place = rail.head.at(if half == corner { s } else { s / half * corner });
+                let place = rail.head.point(if half == corner { s } else { s / half * corner });
                 [place.y, place.z]
             };
             let side = |t: f64| self.on_side(t);
@@ -187,7 +187,7 @@ impl BuiltRail {
         let head = &rail.head;
         let wanted = [y, head.height + z];
         let along = head.nearest(wanted);
-        let found = head.at(along);
+        let found = head.point(along);
         let apart = (found.y - y).hypot(found.z - wanted[1]);
         if !(apart <= OFF) || along.abs() >= head.to_deepest() {
             return Err(Error::Job(format!(
@@ -219,11 +219,11 @@ impl BuiltRail {
 
     /// The contact point.
     pub fn contact(&self) -> HeadPoint {
-        self.rail.head.at(self.along)
+        self.rail.head.point(self.along)
     }
 
     fn seen(&self, [y, z]: [f64; 2]) -> [f64; 2] {
-        self.contact().seen([z, y])
+        self.contact().in_surface_frame([z, y])
     }
 
     /// Returns whether the contact is on the corner or on the face below it.
@@ -238,7 +238,7 @@ impl BuiltRail {
         let end = head.to_angle(head.steep());
         let here = self.contact().angle;
         // Along the tangent the distance grows with the length of the surface up to where that is upright on it.
-        let turned = |s: f64| (head.at(s).angle - here).abs() < 0.5 * std::f64::consts::PI;
+        let turned = |s: f64| (head.point(s).angle - here).abs() < 0.5 * std::f64::consts::PI;
         let upright = |far: f64| {
             if turned(far) {
                 return far;
@@ -251,7 +251,7 @@ impl BuiltRail {
             inside
         };
         let (mut low, mut high) = (upright(-end), upright(end));
-        let point = |s: f64| self.seen([head.at(s).y, head.at(s).z]);
+        let point = |s: f64| self.seen([head.point(s).y, head.point(s).z]);
         while high - low > 1e-15 + 1e-14 * end {
             let middle = 0.5 * (low + high);
             if point(middle)[1] < y {

@@ -139,7 +139,7 @@ impl Lines<'_> {
 
 /// A section as a job gives it.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Given {
+pub enum SectionSource {
     /// An annular cylinder.
     Cylinder(Cylinder),
     /// A wheel by its main dimensions.
@@ -163,6 +163,9 @@ pub struct RunningPlace {
     /// Height above the running circle of a profile, away from the axle, m; none of a contact on the tread of a wheel
     /// by its dimensions.
     pub height: Option<f64>,
+    /// True if it is on the other wheel of a wheelset, and `y` counts from the middle of the web of that one to its
+    /// flange.
+    pub opposite: bool,
 }
 
 /// Distance from a section within which an attachment is taken to be on it, m.
@@ -173,22 +176,22 @@ const PARTS_OF_A_CYLINDER: [f64; 2] = [0.03, 0.3];
 /// Edge lengths of the wheel, m.
 const PARTS_OF_THE_WHEEL: [f64; 2] = [0.003, 0.02];
 
-impl Given {
+impl SectionSource {
     /// Rolling radius, m.
     pub fn radius(&self) -> f64 {
         match self {
-            Given::Cylinder(c) => c.outer_radius,
-            Given::Wheel(wheel) => wheel.contact().radius(),
-            Given::Drawn { drawn, offset, .. } => drawn.running(*offset).map_or(0.0, |[r, _]| r),
+            SectionSource::Cylinder(c) => c.outer_radius,
+            SectionSource::Wheel(wheel) => wheel.contact().radius(),
+            SectionSource::Drawn { drawn, offset, .. } => drawn.running(*offset).map_or(0.0, |[r, _]| r),
         }
     }
 
     /// Points at which the loads of the contact act on the section.
     pub fn contact(&self) -> SectionContact {
         match self {
-            Given::Cylinder(_) => SectionContact::level(self.radius()),
-            Given::Wheel(wheel) => wheel.contact(),
-            Given::Drawn { drawn, offset, mirrored } => {
+            SectionSource::Cylinder(_) => SectionContact::level(self.radius()),
+            SectionSource::Wheel(wheel) => wheel.contact(),
+            SectionSource::Drawn { drawn, offset, mirrored } => {
                 let [radius, slope] = drawn.running(*offset).unwrap_or_default();
                 let angle = if *mirrored { -slope.atan() } else { slope.atan() };
                 SectionContact::on(Spot { radius, origin: [radius, 0.0], angle, share: 1.0 })
@@ -201,17 +204,23 @@ impl Given {
         let (offset, mirrored) = self.frame();
         let beyond = if mirrored { offset - place.y } else { place.y - offset };
         match self {
-            Given::Cylinder(c) => {
+            SectionSource::Cylinder(c) => {
                 let radius = c.outer_radius - c.drop(beyond);
                 let slope = c.crown_radius.map_or(0.0, |k| -beyond / (k * k - beyond * beyond).max(0.0).sqrt());
                 SectionContact::on(Spot { radius, origin: [radius, beyond], angle: slope.atan(), share: 1.0 })
             }
-            Given::Wheel(wheel) => {
-                let there = Wheel { offset: place.y, height: place.height, ..wheel.clone() };
-                there.contact().shifted(beyond)
+            SectionSource::Wheel(wheel) => {
+                let there = wheel.touched_at(place);
+                match &wheel.shape.axle {
+                    Some(axle) if place.opposite => {
+                        let across = 2.0 * axle.middle - place.y - offset;
+                        there.contact().shifted(if mirrored { -across } else { across })
+                    }
+                    _ => there.contact().shifted(beyond),
+                }
             }
-            Given::Drawn { drawn, mirrored, .. } => {
-                let there = Given::Drawn { drawn: Rc::clone(drawn), offset: place.y, mirrored: *mirrored };
+            SectionSource::Drawn { drawn, mirrored, .. } => {
+                let there = SectionSource::Drawn { drawn: Rc::clone(drawn), offset: place.y, mirrored: *mirrored };
                 there.contact().shifted(beyond)
             }
         }
@@ -220,16 +229,29 @@ impl Given {
     /// The mesh for loads at the own contact and at other places, spread over circles of the radii `radii`, m, of which
     /// the first one is that of the own contact. Errors: a place where nothing can be touched.
     pub fn for_loads_at(&self, others: &[RunningPlace], radii: &[f64]) -> Result<Section> {
-        let section = self.for_loads(radii.first().copied().unwrap_or(f64::INFINITY))?;
+        let of_loads = |radius: f64| {
+            let [corner, largest] = self.sizes();
+            Focus { size: radius / 3.0, reach: 1.5 * radius, corner, largest }
+        };
+        let own = of_loads(radii.first().copied().unwrap_or(f64::INFINITY));
+        let mut rest: Vec<(RunningPlace, f64)> =
+            others.iter().copied().zip(radii[radii.len().min(1)..].iter().copied()).collect();
+        // The other wheel of a wheelset is meshed as the one of the own contact: mirror images stay mirror images.
+        let opposite = rest.iter().position(|(place, _)| place.opposite);
+        let section = match (self, opposite) {
+            (SectionSource::Wheel(wheel), Some(k)) => {
+                let (place, radius) = rest.remove(k);
+                wheel.section_with(own, Some((&wheel.touched_at(place), of_loads(radius))))?
+            }
+            _ => self.section(own)?,
+        };
         let mut spots = Vec::new();
-        for (&place, &radius) in others.iter().zip(&radii[radii.len().min(1)..]) {
+        for (place, radius) in rest {
             match self {
-                Given::Wheel(wheel) => {
-                    Wheel { offset: place.y, height: place.height, ..wheel.clone() }.refuse_untouchable()?;
-                }
-                Given::Drawn { drawn, .. } => drawn.refuse_beside(place.y)?,
+                SectionSource::Wheel(wheel) => wheel.touched_at(place).refuse_untouchable()?,
+                SectionSource::Drawn { drawn, .. } => drawn.refuse_beside(place.y)?,
                 // A contact beside the tread is found when its loads are laid.
-                Given::Cylinder(_) => (),
+                SectionSource::Cylinder(_) => (),
             }
             spots.extend(self.contact_at(place).spots().map(|spot| (spot.origin, radius)));
         }
@@ -240,9 +262,9 @@ impl Given {
     /// side.
     fn frame(&self) -> (f64, bool) {
         match self {
-            Given::Cylinder(c) => (c.contact_offset, false),
-            Given::Wheel(wheel) => (wheel.offset, wheel.mirrored),
-            Given::Drawn { offset, mirrored, .. } => (*offset, *mirrored),
+            SectionSource::Cylinder(c) => (c.contact_offset, false),
+            SectionSource::Wheel(wheel) => (wheel.offset, wheel.mirrored),
+            SectionSource::Drawn { offset, mirrored, .. } => (*offset, *mirrored),
         }
     }
 
@@ -278,7 +300,7 @@ impl Given {
 
     /// y of the middle of a wheelset in the frame of the section, m; none of another body.
     pub fn middle(&self) -> Option<f64> {
-        let Given::Wheel(wheel) = self else { return None };
+        let SectionSource::Wheel(wheel) = self else { return None };
         let beyond = wheel.shape.axle?.middle - wheel.offset;
         Some(if wheel.mirrored { -beyond } else { beyond })
     }
@@ -309,10 +331,10 @@ impl Given {
     /// Height of the surface over the contact point at (x, y), m: 0 there, negative elsewhere.
     pub fn height(&self, x: f64, y: f64) -> f64 {
         let drop = match self {
-            Given::Cylinder(c) => c.drop(y),
-            Given::Wheel(_) => 0.0,
+            SectionSource::Cylinder(c) => c.drop(y),
+            SectionSource::Wheel(_) => 0.0,
             // Beside the running line nothing can touch.
-            Given::Drawn { drawn, offset, mirrored } => {
+            SectionSource::Drawn { drawn, offset, mirrored } => {
                 let at = if *mirrored { offset - y } else { offset + y };
                 drawn.running(at).map_or(self.radius(), |[r, _]| self.radius() - r)
             }
@@ -329,24 +351,25 @@ impl Given {
 
     /// The mesh for loads spread over circles of the radius `radius`, m, and more.
     pub fn for_loads(&self, radius: f64) -> Result<Section> {
-        let [corner, largest] = self.sizes();
-        self.section(Focus { size: radius / 3.0, reach: 1.5 * radius, corner, largest })
+        self.for_loads_at(&[], &[radius])
     }
 
     /// Edge lengths at corners and at the most, m; a drawing has its own.
     fn sizes(&self) -> [f64; 2] {
         match self {
-            Given::Cylinder(c) => PARTS_OF_A_CYLINDER.map(|p| p * c.thickness.min(c.outer_radius - c.inner_radius)),
-            Given::Wheel(_) => PARTS_OF_THE_WHEEL,
-            Given::Drawn { .. } => [f64::INFINITY; 2],
+            SectionSource::Cylinder(c) => {
+                PARTS_OF_A_CYLINDER.map(|p| p * c.thickness.min(c.outer_radius - c.inner_radius))
+            }
+            SectionSource::Wheel(_) => PARTS_OF_THE_WHEEL,
+            SectionSource::Drawn { .. } => [f64::INFINITY; 2],
         }
     }
 
     fn section(&self, focus: Focus) -> Result<Section> {
         match self {
-            Given::Cylinder(c) => cylinder(c, focus),
-            Given::Wheel(wheel) => wheel.section(focus),
-            Given::Drawn { drawn, offset, mirrored } => drawn.seen(*offset, *mirrored, &focus),
+            SectionSource::Cylinder(c) => cylinder(c, focus),
+            SectionSource::Wheel(wheel) => wheel.section(focus),
+            SectionSource::Drawn { drawn, offset, mirrored } => drawn.with_contact_at(*offset, *mirrored, &focus),
         }
     }
 }

@@ -79,11 +79,11 @@ impl<'f> Constant<'f> {
     /// Compliance of `forms` with the rolling radius `radius`, m, under loads on `patches`, from as many orders as the
     /// next edge asks for.
     pub fn new(forms: &'f Forms, patches: &[Patch], radius: f64) -> Result<Self> {
-        Self::at(forms, patches, &SectionContact::level(radius))
+        Self::for_contact(forms, patches, &SectionContact::level(radius))
     }
 
     /// The same of a contact, in its frame.
-    pub fn at(forms: &'f Forms, patches: &[Patch], contact: &SectionContact) -> Result<Self> {
+    pub fn for_contact(forms: &'f Forms, patches: &[Patch], contact: &SectionContact) -> Result<Self> {
         let sets: Vec<Vec<Patch>> = patches.iter().map(|&patch| vec![patch]).collect();
         Self::of_contacts(forms, &sets, std::slice::from_ref(contact))
     }
@@ -148,7 +148,7 @@ impl<'f> Constant<'f> {
         };
         let of = |set: &Vec<Patch>| {
             let lines: Vec<LineLoad> =
-                set.iter().zip(&self.contacts).map(|(&patch, c)| LineLoad::at(forms, patch, n, c)).collect();
+                set.iter().zip(&self.contacts).map(|(&patch, c)| LineLoad::for_contact(forms, patch, n, c)).collect();
             let means = order(forms, solve, &lines);
             let mut all = Mat::zeros(means.nrows(), means.ncols());
             for (c, contact) in self.contacts.iter().enumerate() {

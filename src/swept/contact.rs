@@ -121,6 +121,12 @@ impl Spot {
         c * (y - self.origin[1]) + rise
     }
 
+    /// Returns whether a point (r, y) of the section lies farther along the axle than half the rolling radius: the
+    /// surface there is that of the other wheel of a wheelset.
+    pub(super) fn is_far_from(&self, [_, y]: [f64; 2]) -> bool {
+        (y - self.origin[1]).abs() > 0.5 * self.radius
+    }
+
     /// Distance from the axle at the coordinate `t`, m, along the tangent, m.
     pub(super) fn radius_at(&self, t: f64) -> f64 {
         self.radius + self.angle.sin() * t

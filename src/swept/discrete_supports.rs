@@ -35,7 +35,7 @@ pub struct DiscreteSupports {
 }
 
 /// The modes of a rail on its bays.
-pub struct Laid {
+pub struct SupportedRailModes {
     /// Angular frequencies, rad/s, ascending, `[m']`.
     pub omega: Vec<f64>,
     /// Share of each in the modes of the rail on even pads, `[m, m']`.
@@ -109,7 +109,7 @@ impl DiscreteSupports {
         waves: &[RailMode],
         list: &[Member],
         damping: &Mat<f64>,
-    ) -> Result<Laid> {
+    ) -> Result<SupportedRailModes> {
         let m = list.len();
         let size = m + self.sleeper.map_or(0, |_| 3 * self.count);
         let (mut k, mut c) = (Mat::<f64>::zeros(size, size), Mat::<f64>::zeros(size, size));
@@ -129,7 +129,7 @@ impl DiscreteSupports {
                  none but positive ones"
             )));
         }
-        Ok(Laid {
+        Ok(SupportedRailModes {
             omega: values.iter().map(|v| v.sqrt()).collect(),
             shares: vectors.subrows(0, m).to_owned(),
             damping: vectors.transpose() * (c * vectors),

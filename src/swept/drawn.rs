@@ -229,7 +229,7 @@ impl Drawn {
 
     /// The section with the contact at y = `offset` of the drawing, m, seen from the other side if `mirrored`, and
     /// where the drawing is coarser than `focus`, finer. An error where nothing runs there.
-    pub(super) fn seen(&self, offset: f64, mirrored: bool, focus: &Focus) -> Result<Section> {
+    pub(super) fn with_contact_at(&self, offset: f64, mirrored: bool, focus: &Focus) -> Result<Section> {
         let radius = self.touched_radius(offset)?;
         let mut section = self.section.clone();
         section.nodes.iter_mut().for_each(|x| x[1] -= offset);
@@ -247,7 +247,7 @@ impl Drawn {
     /// The section of a rail in the frame of a place of its head, and where the drawing is coarser than `focus`, finer.
     pub(super) fn in_frame(&self, contact: &HeadPoint, focus: Option<Focus>) -> Result<Section> {
         let mut section = self.section.clone();
-        section.nodes.iter_mut().for_each(|x| *x = contact.seen(*x));
+        section.nodes.iter_mut().for_each(|x| *x = contact.in_surface_frame(*x));
         Ok(match focus {
             Some(focus) => refined(section, |[z, y]| focus.near(z.hypot(y))),
             None => section,

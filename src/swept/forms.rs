@@ -3,11 +3,12 @@
 //! signs of this module's families.
 
 mod axis;
+mod pairs;
 mod prestress;
+mod strains;
 
 use super::attached::{Attachment, Rings};
 use super::bearings::{Bearing, Bearings};
-use super::numbering::reverse_cuthill_mckee;
 use super::skyline_ldlt::{Envelope, Factor, BLOCK};
 use super::springs::EdgeSprings;
 use super::track::{Added, Track};
@@ -16,10 +17,13 @@ use crate::fem::Material;
 use crate::{Error, Result};
 use axis::AxisNodes;
 use faer::{Mat, MatRef};
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 use std::rc::Rc;
 
+use pairs::{number, NodePairs};
 pub use prestress::Prestress;
+use strains::{add, brackets, scaled, IDENTITY, NOTHING};
+pub(super) use strains::{strains, stress};
 
 /// Six strains of a node's three amplitudes: rr, θθ, yy, rθ, ry, θy.
 pub(super) type Strains = [[f64; 3]; 6];
@@ -36,7 +40,7 @@ pub struct Forms {
     pub path: Path,
     /// Number of each node among those that are free to move.
     place: Vec<Option<usize>>,
-    pairs: Pairs,
+    pairs: NodePairs,
     envelope: Rc<Envelope>,
     /// K0, K1, K2 at each pair, N/m per radian of the angle.
     stiffness: [Vec<[[f64; 3]; 3]>; 3],
@@ -66,29 +70,6 @@ impl Springs {
     /// These times a factor.
     pub fn times(&self, factor: f64) -> Self {
         Self { stiffness: scaled(&self.stiffness, factor), viscosity: scaled(&self.viscosity, factor) }
-    }
-}
-
-/// Pairs (a, b ≤ a) of free nodes that share an element, by rows.
-#[derive(Debug, Clone, Default)]
-struct Pairs {
-    start: Vec<usize>,
-    columns: Vec<usize>,
-}
-
-impl Pairs {
-    fn rows(&self) -> usize {
-        self.start.len() - 1
-    }
-
-    /// (a, b, index) of each.
-    fn iter(&self) -> impl Iterator<Item = (usize, usize, usize)> + '_ {
-        (0..self.rows()).flat_map(move |a| (self.start[a]..self.start[a + 1]).map(move |k| (a, self.columns[k], k)))
-    }
-
-    fn find(&self, a: usize, b: usize) -> Option<usize> {
-        let row = &self.columns[self.start[a]..self.start[a + 1]];
-        row.binary_search(&b).ok().map(|k| self.start[a] + k)
     }
 }
 
@@ -282,7 +263,7 @@ impl Forms {
             let material = self.section.material(element, self.material);
             let (lambda, shear) = material.lame();
             for shape in element.kind.points() {
-                let (r, jacobian) = self.section.at(element, &shape);
+                let (r, jacobian) = self.section.jacobian(element, &shape);
                 let weight = jacobian.determinant * shape.weight * self.path.measure(r);
                 let over = (self.path == Path::Axle).then_some(1.0 / r);
                 let strains: Vec<[Strains; 2]> = shape
@@ -319,7 +300,7 @@ impl Forms {
 
     /// K_n − σM at a pair, of the whole way.
     fn block(&self, n: usize, sigma: f64, k: usize) -> [[f64; 3]; 3] {
-        let (w, x) = (self.path.whole(n), self.path.wavenumber(n));
+        let (w, x) = (self.path.length_integral(n), self.path.wavenumber(n));
         std::array::from_fn(|c| {
             std::array::from_fn(|d| {
                 let [zero, one, two] = [0, 1, 2].map(|p| self.stiffness[p][k][c][d]);
@@ -337,7 +318,7 @@ impl Forms {
     /// The same in the memory of another factor.
     pub fn factor_in(&self, memory: Vec<f64>, n: usize, sigma: f64) -> Result<Factor> {
         let mut values = self.envelope.empty(memory);
-        let (w, x) = (self.path.whole(n), self.path.wavenumber(n));
+        let (w, x) = (self.path.length_integral(n), self.path.wavenumber(n));
         let [zero, one, two] = &self.stiffness;
         let rings = self.of_rings(n);
         for (a, b, k) in self.pairs.iter() {
@@ -376,7 +357,7 @@ impl Forms {
 
     /// (K_n − σM) x of columns, `[order, k]`.
     pub fn dynamic(&self, n: usize, sigma: f64, x: MatRef<'_, f64>) -> Mat<f64> {
-        let (rings, w) = (self.of_rings(n), self.path.whole(n));
+        let (rings, w) = (self.of_rings(n), self.path.length_integral(n));
         self.product(x, |k| {
             let mut block = self.block(n, sigma, k);
             if let Some(ring) = rings.get(&k) {
@@ -388,7 +369,7 @@ impl Forms {
 
     /// M x of columns at the order n, `[order, k]`.
     pub fn mass(&self, n: usize, x: MatRef<'_, f64>) -> Mat<f64> {
-        let inertia = |k: usize| scaled(&IDENTITY, self.path.whole(n) * self.mass[k]);
+        let inertia = |k: usize| scaled(&IDENTITY, self.path.length_integral(n) * self.mass[k]);
         self.product(x, |k| self.axis.projected(n, k, inertia(k)))
     }
 
@@ -403,8 +384,8 @@ impl Forms {
         let bracket = brackets(n);
         self.product(x, |k| {
             let (section, angle) = sigma.map_or((0.0, 0.0), |s| (s.along_section[k], s.along_angle[k]));
-            let around = scaled(&bracket, self.path.whole(n) * (angle - self.mass[k]));
-            let mut block = scaled(&IDENTITY, self.path.whole(n) * section);
+            let around = scaled(&bracket, self.path.length_integral(n) * (angle - self.mass[k]));
+            let mut block = scaled(&IDENTITY, self.path.length_integral(n) * section);
             block.iter_mut().flatten().zip(around.iter().flatten()).for_each(|(b, a)| *b += a);
             block
         })
@@ -418,7 +399,7 @@ impl Forms {
 
     /// Springs and dashpots of the track times columns at the order n, `[order, k]`; none without a track.
     pub fn track(&self, n: usize, x: MatRef<'_, f64>) -> Option<[Mat<f64>; 2]> {
-        let whole = self.path.whole(n);
+        let whole = self.path.length_integral(n);
         let of = |part: fn(&Springs) -> &[[f64; 3]; 3]| self.product(x, |k| scaled(part(&self.track[k]), whole));
         (!self.track.is_empty()).then(|| [of(|s| &s.stiffness), of(|s| &s.viscosity)])
     }
@@ -481,86 +462,4 @@ impl Forms {
         }
         y
     }
-}
-
-const NOTHING: [[f64; 3]; 3] = [[0.0; 3]; 3];
-const IDENTITY: [[f64; 3]; 3] = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
-
-fn scaled(block: &[[f64; 3]; 3], factor: f64) -> [[f64; 3]; 3] {
-    block.map(|row| row.map(|v| factor * v))
-}
-
-/// (nU + V)² + (U + nV)² + n²W²: the square of the derivative along the angle of the Cartesian components.
-fn brackets(n: usize) -> [[f64; 3]; 3] {
-    let n = n as f64;
-    [[n * n + 1.0, 2.0 * n, 0.0], [2.0 * n, n * n + 1.0, 0.0], [0.0, 0.0, n * n]]
-}
-
-/// Strains of the amplitudes (U, V, W) of a node with the shape function `value` and its slopes along r and y, and
-/// 1/r round an axle: what does not go with n, and what does.
-pub(super) fn strains(value: f64, [along_r, along_y]: [f64; 2], over: Option<f64>) -> [Strains; 2] {
-    let (bent, wave) = (value * over.unwrap_or(0.0), value * over.unwrap_or(1.0));
-    [
-        [
-            [along_r, 0.0, 0.0],
-            [bent, 0.0, 0.0],
-            [0.0, 0.0, along_y],
-            [0.0, along_r - bent, 0.0],
-            [along_y, 0.0, along_r],
-            [0.0, along_y, 0.0],
-        ],
-        [[0.0; 3], [0.0, wave, 0.0], [0.0; 3], [-wave, 0.0, 0.0], [0.0; 3], [0.0, 0.0, -wave]],
-    ]
-}
-
-/// Stresses of strains, column by column.
-pub(super) fn stress(strains: &Strains, lambda: f64, shear: f64) -> Strains {
-    let mut out = [[0.0; 3]; 6];
-    for c in 0..3 {
-        let trace = strains[0][c] + strains[1][c] + strains[2][c];
-        (0..3).for_each(|k| out[k][c] = lambda * trace + 2.0 * shear * strains[k][c]);
-        (3..6).for_each(|k| out[k][c] = shear * strains[k][c]);
-    }
-    out
-}
-
-/// Adds the weighted work of stresses on strains.
-fn add(block: &mut [[f64; 3]; 3], stress: &Strains, strain: &Strains, weight: f64) {
-    for (c, row) in block.iter_mut().enumerate() {
-        for (d, v) in row.iter_mut().enumerate() {
-            *v += weight * (0..6).map(|k| stress[k][c] * strain[k][d]).sum::<f64>();
-        }
-    }
-}
-
-/// Numbers of the free nodes of a section, and the pairs of them that share an element or are among `links`.
-fn number(section: &Section, free: &[bool], links: &[[usize; 2]]) -> (Vec<Option<usize>>, Pairs) {
-    let mut near = vec![BTreeSet::new(); section.nodes.len()];
-    links.iter().for_each(|[a, b]| {
-        near[*a].insert(*b);
-    });
-    for element in &section.elements {
-        for &a in element.nodes.iter().filter(|&&a| free[a]) {
-            near[a].extend(element.nodes.iter().copied().filter(|&b| free[b]));
-        }
-    }
-    let kept: Vec<usize> = (0..near.len()).filter(|&k| !near[k].is_empty()).collect();
-    let mut index = vec![None; near.len()];
-    kept.iter().enumerate().for_each(|(i, &k)| index[k] = Some(i));
-    let others = |k: usize| near[k].iter().filter(|&&b| b != k).filter_map(|&b| index[b]).collect();
-    let neighbours: Vec<Vec<usize>> = kept.iter().map(|&k| others(k)).collect();
-    // The running line comes last: of a solution under loads there nothing before it has to be made.
-    let tread = section.running_at(0.0);
-    let last: BTreeSet<usize> = tread.iter().flatten().filter_map(|&k| index[k]).collect();
-    let order = reverse_cuthill_mckee(&neighbours, &last.into_iter().collect::<Vec<usize>>());
-    let mut place = vec![None; near.len()];
-    order.iter().enumerate().for_each(|(new, &i)| place[kept[i]] = Some(new));
-    let mut pairs = Pairs { start: vec![0], columns: Vec::new() };
-    for (a, &i) in order.iter().enumerate() {
-        let mut row: Vec<usize> = near[kept[i]].iter().filter_map(|&b| place[b]).filter(|&b| b <= a).collect();
-        row.sort_unstable();
-        pairs.columns.extend(row);
-        pairs.start.push(pairs.columns.len());
-    }
-    (place, pairs)
 }

@@ -82,7 +82,8 @@ impl Infinite {
             taken.push(rest.solve(forces.as_ref().subcols(0, FORCES)));
         }
         let basis = independent(&forms, &taken)?;
-        let projected = |image: Mat<f64>, n: usize| scaled(&(basis.transpose() * image), 1.0 / forms.path.whole(n));
+        let projected =
+            |image: Mat<f64>, n: usize| scaled(&(basis.transpose() * image), 1.0 / forms.path.length_integral(n));
         let stiffness = |n: usize| projected(forms.dynamic(n, 0.0, basis.as_ref()), n);
         // A parabola through three of its points, which is what the stiffness is.
         let half = LAST / 2;
@@ -198,7 +199,7 @@ fn independent(forms: &Forms, taken: &[Mat<f64>]) -> Result<Mat<f64>> {
         all.as_mut().subcols_mut(next, part.ncols()).copy_from(part);
         next += part.ncols();
     }
-    let per_metre = |x: &Mat<f64>| scaled(&forms.mass(0, x.as_ref()), 1.0 / Path::whole(forms.path, 0));
+    let per_metre = |x: &Mat<f64>| scaled(&forms.mass(0, x.as_ref()), 1.0 / Path::length_integral(forms.path, 0));
     // Twice, so that rounding leaves nothing of those that are nearly the same.
     for _ in 0..2 {
         let mass = per_metre(&all);

@@ -24,12 +24,12 @@ impl Forms {
     /// Xᵀ K_l X with the stiffness K_l of one layer at the order n, of the columns X, `[k, k]`; `layer` is that of its
     /// elements.
     pub fn strain_energy(&self, n: usize, layer: usize, x: MatRef<'_, f64>) -> Mat<f64> {
-        let (order, whole) = (self.path.wavenumber(n), self.path.whole(n));
+        let (order, whole) = (self.path.wavenumber(n), self.path.length_integral(n));
         let mut energy = Mat::zeros(x.ncols(), x.ncols());
         for element in self.section.elements.iter().filter(|e| e.layer == layer) {
             let (lambda, shear) = self.section.material(element, self.material).lame();
             for shape in element.kind.points() {
-                let (r, jacobian) = self.section.at(element, &shape);
+                let (r, jacobian) = self.section.jacobian(element, &shape);
                 let weight = whole * jacobian.determinant * shape.weight * self.path.measure(r);
                 let over = (self.path == Path::Axle).then_some(1.0 / r);
                 let mut strained = Mat::<f64>::zeros(6, x.ncols());

@@ -141,11 +141,11 @@ pub struct LineLoad {
 impl LineLoad {
     /// The loads of the order `n` on `forms`, whose rolling radius is `radius`, m; along a line its period over 2π.
     pub fn new(forms: &Forms, patch: Patch, n: usize, radius: f64) -> Self {
-        Self::at(forms, patch, n, &SectionContact::level(radius))
+        Self::for_contact(forms, patch, n, &SectionContact::level(radius))
     }
 
     /// The loads of the order `n` on the spots of a contact, in its frame.
-    pub fn at(forms: &Forms, patch: Patch, n: usize, contact: &SectionContact) -> Self {
+    pub fn for_contact(forms: &Forms, patch: Patch, n: usize, contact: &SectionContact) -> Self {
         let mut nodes = Vec::new();
         for spot in contact.spots() {
             let turn = contact.turn(spot);
@@ -215,8 +215,9 @@ fn on_spot(forms: &Forms, patch: Patch, n: usize, spot: &Spot) -> Vec<(usize, [[
     for edge in &section.tread {
         let [first, last, middle] = edge.map(|i| spot.along(section.nodes[i]));
         let (low, high) = (first.max(-patch.radius), last.min(patch.radius));
-        // An edge along the normal of the spot carries none of its loads.
-        if high <= low || last - first < UPRIGHT * section.length(edge) {
+        // An edge along the normal of the spot carries none of its loads, nor does one of another wheel.
+        let elsewhere = forms.path == Path::Axle && spot.is_far_from(section.nodes[edge[2]]);
+        if high <= low || elsewhere || last - first < UPRIGHT * section.length(edge) {
             continue;
         }
         // t = middle + s (last − first)/2 + s² (first + last − 2 middle)/2 along the edge.
@@ -358,7 +359,7 @@ impl HalfSpaceLoad {
     }
 
     /// The same of all wavenumbers.
-    pub fn whole(&self) -> Square {
+    pub fn sum(&self) -> Square {
         self.up_to(FAR / self.patch.radius)
     }
 
@@ -416,7 +417,7 @@ mod tests {
         let load = HalfSpaceLoad { patch: Patch { radius: b }, shear: young / 2.6, poisson: nu };
         let normal = 0.6 * (1.0 - nu * nu) / (young * b);
         let tangential = normal * (2.0 - nu) / (2.0 * (1.0 - nu));
-        let all = load.whole();
+        let all = load.sum();
         for (k, wanted) in [tangential, tangential, normal].into_iter().enumerate() {
             assert!((all[k][k] / wanted - 1.0).abs() < 1e-6, "{:e} {wanted:e}", all[k][k]);
         }

@@ -29,7 +29,7 @@ impl Section {
     /// The integration points of an element, m, and the area of each, m².
     fn weighed<'a>(&'a self, element: &'a Element) -> impl Iterator<Item = ([f64; 2], f64)> + 'a {
         element.kind.points().into_iter().map(move |shape| {
-            let area = self.at(element, &shape).1.determinant * shape.weight;
+            let area = self.jacobian(element, &shape).1.determinant * shape.weight;
             let nodes = element.nodes.iter().zip(&shape.value);
             let place = nodes.fold([0.0; 2], |at, (&k, v)| [0, 1].map(|c| at[c] + v * self.nodes[k][c]));
             (place, area)

@@ -28,7 +28,7 @@ pub struct Modes {
 
 /// Modes of an order as contact and rotation need them: numbers alone, for all ranks.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Seen {
+pub struct ContactModeData {
     /// Number of nodal diameters n.
     pub order: usize,
     /// Angular frequencies, rad/s, ascending, `[m]`.
@@ -53,16 +53,16 @@ pub struct Seen {
     pub parity: Vec<f64>,
     /// Mean displacement at each bearing, 1/√kg, `[bearings, m]`; see [`Forms::at_bearings`].
     pub bearings: Mat<f64>,
-    /// (U, W) at the nodes of the outline, 1/√kg, interleaved, `[2 · nodes, m]`; see [`Seen::with_outline`].
+    /// (U, W) at the nodes of the outline, 1/√kg, interleaved, `[2 · nodes, m]`; see [`ContactModeData::with_outline`].
     pub outline: Mat<f64>,
     /// Amplitudes of the whole section, 1/√kg, `[amplitudes, m]`; as the ones before.
     pub vectors: Mat<f64>,
 }
 
-impl Seen {
+impl ContactModeData {
     /// Modal data of `modes` of `forms`, with the loads of their order at the contacts, and the centrifugal prestress
     /// of a body that rotates.
-    pub fn of(forms: &Forms, modes: &Modes, loads: &[LineLoad], prestress: Option<&Prestress>) -> Self {
+    pub fn new(forms: &Forms, modes: &Modes, loads: &[LineLoad], prestress: Option<&Prestress>) -> Self {
         let mass = forms.mass(modes.order, modes.vectors.as_ref());
         let share = |k: usize, c: usize| -> f64 {
             (c..mass.nrows()).step_by(3).map(|i| modes.vectors[(i, k)] * mass[(i, k)]).sum()
@@ -80,7 +80,7 @@ impl Seen {
             omega: modes.omega.clone(),
             residual: modes.residual.clone(),
             shares: (0..modes.omega.len()).map(|k| std::array::from_fn(|c| share(k, c))).collect(),
-            contact: seen(modes.vectors.as_ref(), loads),
+            contact: contact_functions(modes.vectors.as_ref(), loads),
             rotation: blocks(forms, modes, prestress),
             stored: (0..modes.omega.len()).map(|k| stored[(k, k)] + rings.stored[k]).collect(),
             lost,
@@ -172,7 +172,7 @@ impl Seen {
 }
 
 /// ψ̂ of modes with these amplitudes at the contacts that have the loads of their order, `[9T, m]`.
-pub fn seen(vectors: MatRef<'_, f64>, loads: &[LineLoad]) -> Mat<f64> {
+pub fn contact_functions(vectors: MatRef<'_, f64>, loads: &[LineLoad]) -> Mat<f64> {
     let mut seen = Mat::zeros(LOADS * loads.len(), vectors.ncols());
     for (c, line) in loads.iter().enumerate() {
         let moments = line.moments();

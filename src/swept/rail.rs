@@ -97,7 +97,7 @@ impl Rail {
     /// of the surface at its own contact point. Order 1 has the wavenumber 1 over `radius`, m.
     pub fn contact_at(&self, place: HeadPoint, radius: f64) -> SectionContact {
         let here = self.contact();
-        let [z, y] = here.seen([place.z, place.y]);
+        let [z, y] = here.in_surface_frame([place.z, place.y]);
         SectionContact::on(Spot { radius, origin: [z, y], angle: place.angle - here.angle, share: 1.0 })
     }
 
@@ -107,7 +107,7 @@ impl Rail {
         let section = self.for_loads(radii.first().copied().unwrap_or(f64::INFINITY))?;
         let here = self.contact();
         let radii = &radii[radii.len().min(1)..];
-        let spots: Vec<_> = others.iter().zip(radii).map(|(p, &b)| (here.seen([p.z, p.y]), b)).collect();
+        let spots: Vec<_> = others.iter().zip(radii).map(|(p, &b)| (here.in_surface_frame([p.z, p.y]), b)).collect();
         Ok(finer_at(section, &spots))
     }
 }
@@ -176,7 +176,7 @@ impl DrawnRail {
 
     /// A place of the running line, y of the drawing in m, in the frame of the contact: (z, y), m.
     fn seen(&self, y: f64) -> [f64; 2] {
-        self.drawn.running(y).map_or([BESIDE, y], |[z, _]| self.contact.seen([z, y]))
+        self.drawn.running(y).map_or([BESIDE, y], |[z, _]| self.contact.in_surface_frame([z, y]))
     }
 
     fn height(&self, y: f64) -> f64 {

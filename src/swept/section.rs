@@ -67,7 +67,7 @@ impl Section {
         for element in &self.elements {
             let density = self.material(element, body).density;
             for shape in element.kind.points() {
-                let (r, jacobian) = self.at(element, &shape);
+                let (r, jacobian) = self.jacobian(element, &shape);
                 let y: f64 = element.nodes.iter().zip(&shape.value).map(|(&k, n)| n * self.nodes[k][1]).sum();
                 let mass = 2.0 * std::f64::consts::PI * r * jacobian.determinant * shape.weight * density;
                 [1.0, y, r * r, y * y].iter().zip(&mut sums).for_each(|(f, sum)| *sum += mass * f);
@@ -82,7 +82,7 @@ impl Section {
         let mut sum = 0.0;
         for element in &self.elements {
             for shape in element.kind.points() {
-                let (r, jacobian) = self.at(element, &shape);
+                let (r, jacobian) = self.jacobian(element, &shape);
                 sum += 2.0 * std::f64::consts::PI * r * jacobian.determinant * shape.weight;
             }
         }
@@ -99,7 +99,8 @@ impl Section {
 
     /// Area, m².
     pub fn area(&self) -> f64 {
-        let of = |e: &Element| e.kind.points().iter().map(|s| self.at(e, s).1.determinant * s.weight).sum::<f64>();
+        let of =
+            |e: &Element| e.kind.points().iter().map(|s| self.jacobian(e, s).1.determinant * s.weight).sum::<f64>();
         self.elements.iter().map(of).sum()
     }
 
@@ -126,7 +127,7 @@ impl Section {
     }
 
     /// The radius and the Jacobian at a point of an element.
-    pub(super) fn at(&self, element: &Element, shape: &super::shape::Shape) -> (f64, Jacobian) {
+    pub(super) fn jacobian(&self, element: &Element, shape: &super::shape::Shape) -> (f64, Jacobian) {
         let mut j = [[0.0; 2]; 2];
         let mut r = 0.0;
         for ((&node, value), slope) in element.nodes.iter().zip(&shape.value).zip(&shape.slope) {
@@ -155,7 +156,7 @@ impl Section {
                 )));
             }
             for shape in element.kind.points() {
-                let (r, jacobian) = self.at(element, &shape);
+                let (r, jacobian) = self.jacobian(element, &shape);
                 if !(jacobian.determinant > 0.0) || (path == Path::Axle && !(r > 0.0)) {
                     return Err(Error::Input(format!(
                         "element {} of the section, at r = {r:.6} m: found the Jacobian {:.3e}, expected \

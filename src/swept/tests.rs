@@ -48,15 +48,15 @@ fn hertz(omega: f64) -> f64 {
     omega / (2.0 * PI)
 }
 
-fn up_to(forms: &Forms, limit: f64) -> Vec<Seen> {
-    let of = |n| Ok(Seen::of(forms, &of_order(forms, n, 2.0 * PI * limit)?, &[], None));
-    by_orders(1, |s: &Seen| s.omega.len(), |orders| orders.into_iter().map(of).collect()).unwrap()
+fn up_to(forms: &Forms, limit: f64) -> Vec<ContactModeData> {
+    let of = |n| Ok(ContactModeData::new(forms, &of_order(forms, n, 2.0 * PI * limit)?, &[], None));
+    by_orders(1, |s: &ContactModeData| s.omega.len(), |orders| orders.into_iter().map(of).collect()).unwrap()
 }
 
 /// Frequencies, Hz, with their orders, pairs twice, ascending.
-fn spectrum(modes: &[Seen]) -> Vec<(f64, usize)> {
-    let of = |m: &Seen| -> Vec<(f64, usize)> {
-        m.omega.iter().flat_map(|w| vec![(hertz(*w), m.order); Seen::families(m.order)]).collect()
+fn spectrum(modes: &[ContactModeData]) -> Vec<(f64, usize)> {
+    let of = |m: &ContactModeData| -> Vec<(f64, usize)> {
+        m.omega.iter().flat_map(|w| vec![(hertz(*w), m.order); ContactModeData::families(m.order)]).collect()
     };
     let mut list: Vec<(f64, usize)> = modes.iter().flat_map(of).collect();
     list.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -135,17 +135,17 @@ fn the_annulus_has_the_reference_frequencies() {
         let forms = Forms::new(cylinder(&annulus(None, 0.0), COARSE).unwrap(), STEEL, fixed).unwrap();
         // By frequency, then by number: the same.
         let all = up_to(&forms, 4060.0);
-        let count = |limit: f64| (0..8).map(|n| Ok(Seen::families(n) * below(&forms, n, limit)?)).sum();
+        let count = |limit: f64| (0..8).map(|n| Ok(ContactModeData::families(n) * below(&forms, n, limit)?)).sum();
         let some = up_to(&forms, hertz(limit_of(&forms, 20, count).unwrap()));
         for found in [spectrum(&all), spectrum(&some)[..20].to_vec()] {
             for (f, r) in found.iter().zip(&reference) {
                 assert!((f.0 - r.0).abs() <= 2e-4 * r.0 && f.1 == r.1, "{f:?} {r:?}");
             }
         }
-        assert!(all.iter().map(Seen::count).sum::<usize>() >= reference.len());
-        let numbers: Vec<f64> = all.iter().rev().flat_map(Seen::to_numbers).collect();
-        assert_eq!(Seen::from_numbers(&numbers).unwrap(), all);
-        assert!(Seen::from_numbers(&numbers[1..]).is_err());
+        assert!(all.iter().map(ContactModeData::count).sum::<usize>() >= reference.len());
+        let numbers: Vec<f64> = all.iter().rev().flat_map(ContactModeData::to_numbers).collect();
+        assert_eq!(ContactModeData::from_numbers(&numbers).unwrap(), all);
+        assert!(ContactModeData::from_numbers(&numbers[1..]).is_err());
         assert!(all.iter().flat_map(|m| &m.residual).all(|r| *r < 1e-6), "{all:?}");
     }
 }
@@ -268,7 +268,7 @@ fn motions_of_the_whole_body_carry_no_centrifugal_stiffness() {
     let mut inertia = [0.0; 4];
     for element in &forms.section.elements {
         for shape in element.kind.points() {
-            let (r, jacobian) = forms.section.at(element, &shape);
+            let (r, jacobian) = forms.section.jacobian(element, &shape);
             let y: f64 = element.nodes.iter().zip(&shape.value).map(|(&k, n)| n * forms.section.nodes[k][1]).sum();
             let w = r * jacobian.determinant * shape.weight;
             [1.0, y, y * y, r * r].iter().zip(&mut inertia).for_each(|(f, i)| *i += w * f);

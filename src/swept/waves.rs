@@ -1,6 +1,6 @@
 //! Modes of a rail, order by order of its period, and the damping between all of them.
 
-use super::modes::{seen, Modes};
+use super::modes::{contact_functions, Modes};
 use super::{Ends, Forms, LineLoad};
 use crate::{Error, Result};
 use faer::Mat;
@@ -40,10 +40,10 @@ pub type Member = (usize, usize, usize);
 
 impl RailMode {
     /// Modal data of `modes` of `forms`, with the loads of their order at the contacts.
-    pub fn of(forms: &Forms, modes: Modes, loads: &[LineLoad]) -> Self {
+    pub fn new(forms: &Forms, modes: Modes, loads: &[LineLoad]) -> Self {
         let Modes { order, omega, vectors, residual } = modes;
         let m = omega.len();
-        let contact = seen(vectors.as_ref(), loads);
+        let contact = contact_functions(vectors.as_ref(), loads);
         let (springs, dashpots) = match forms.track(order, vectors.as_ref()) {
             None => (vec![0.0; m], Mat::zeros(m, m)),
             Some([springs, dashpots]) => {

@@ -10,7 +10,7 @@
 use super::builtin::Lines;
 use super::refine::refined;
 use super::wheelset::{self, SolidAxle};
-use super::{Focus, Path, Section, SectionContact, SectionLayer, Spot};
+use super::{Focus, Path, RunningPlace, Section, SectionContact, SectionLayer, Spot};
 use crate::{Error, Result};
 use std::f64::consts::PI;
 
@@ -125,6 +125,12 @@ impl Wheel {
         Self { shape: WheelShape::w920s(), offset, height: None, mirrored: false }
     }
 
+    /// The wheel with its contact at another place: of a wheelset the one that has this place.
+    pub(super) fn touched_at(&self, place: RunningPlace) -> Self {
+        let mirrored = self.mirrored != place.opposite;
+        Self { shape: self.shape.clone(), offset: place.y, height: place.height, mirrored }
+    }
+
     /// Spots of tread and flange that carry the loads.
     pub fn contact(&self) -> SectionContact {
         let [tread, face] = self.spots();
@@ -188,11 +194,26 @@ impl Wheel {
 
     /// The section, y = 0 at the contact; an error where nothing of it can be touched.
     pub(super) fn section(&self, focus: Focus) -> Result<Section> {
-        self.refuse_untouchable()?;
+        self.section_with(focus, None)
+    }
+
+    /// Places (r, y) of the spots that carry a part of the loads, m, y from the middle of the web.
+    fn loaded_places(&self) -> Vec<[f64; 2]> {
         let carry = self.spots().into_iter().zip([self.face_share() < 1.0, self.face_share() > 0.0]);
-        let at: Vec<[f64; 2]> = carry.filter(|(_, loaded)| *loaded).map(|(at, _)| at).collect();
+        carry.filter(|(_, loaded)| *loaded).map(|(at, _)| at).collect()
+    }
+
+    /// The same of a wheelset whose other wheel has a contact as well, and small elements there.
+    pub(super) fn section_with(&self, focus: Focus, opposite: Option<(&Wheel, Focus)>) -> Result<Section> {
+        self.refuse_untouchable()?;
+        opposite.map_or(Ok(()), |(wheel, _)| wheel.refuse_untouchable())?;
+        let at = self.loaded_places();
         let section = match &self.shape.axle {
-            Some(axle) => wheelset::made(&self.shape, axle, self.offset, &at, focus),
+            Some(axle) => {
+                let (far, coarse) =
+                    opposite.map_or((Vec::new(), focus), |(wheel, focus)| (wheel.loaded_places(), focus));
+                wheelset::made((&self.shape, axle), self.offset, [(&at, focus), (&far, coarse)])
+            }
             None => half(&self.shape, self.offset, &at, focus),
         };
         section.check(Path::Axle)?;

@@ -1,8 +1,8 @@
 //! Wheelset: two equal wheels and a solid axle, one body, mirror-symmetric about its middle.
 //!
 //! Its section stands in the frame of the wheel that carries the contact, y from the running circle to the flange, so
-//! that the other wheel lies beyond the middle of the axle. One half is meshed, with small elements at the contact,
-//! and so is the other one, without them; both meet in the nodes of the middle.
+//! that the other wheel lies beyond the middle of the axle. Either half is meshed, with small elements at its contact
+//! where it has one; both meet in the nodes of the middle.
 
 use super::wheel::{half, WheelShape};
 use super::{Element, Focus, Section};
@@ -66,9 +66,12 @@ impl WheelShape {
     }
 }
 
-/// The section of a wheelset of the wheels `shape` on `axle`, y = 0 at `offset`, m, with small elements at the places
-/// `at`, (r, y), of its first wheel.
-pub(super) fn made(shape: &WheelShape, axle: &SolidAxle, offset: f64, at: &[[f64; 2]], focus: Focus) -> Section {
+/// Places (r, y) of a wheel with small elements, m, y from the middle of its web to its flange, and their sizes.
+type Focused<'a> = (&'a [[f64; 2]], Focus);
+
+/// The section of a wheelset of two wheels of one shape on its axle, y = 0 at `offset` of the first one, m, with small
+/// elements at the places `at` of the first and of the second wheel.
+pub(super) fn made((shape, axle): (&WheelShape, &SolidAxle), offset: f64, at: [Focused; 2]) -> Section {
     let middle = axle.middle - offset;
     let named = |mut section: Section| {
         let pick = |inside: &dyn Fn([f64; 2]) -> bool| -> Vec<usize> {
@@ -81,7 +84,7 @@ pub(super) fn made(shape: &WheelShape, axle: &SolidAxle, offset: f64, at: &[[f64
         section.groups = [(SEATS.to_owned(), seats), (JOURNALS.to_owned(), journals)].into();
         section
     };
-    let [near, far] = [at, &[]].map(|at| named(half(shape, offset, at, focus)));
+    let [near, far] = at.map(|(places, focus)| named(half(shape, offset, places, focus)));
     joined(near, mirrored_about(far, middle), middle)
 }
 

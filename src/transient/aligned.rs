@@ -16,7 +16,7 @@ const fn per_line<T>() -> usize {
 }
 
 /// `n` numbers of type `T` rounded up to whole lines.
-pub(super) fn whole<T>(n: usize) -> usize {
+pub(super) fn padded_len<T>(n: usize) -> usize {
     n.next_multiple_of(per_line::<T>())
 }
 
@@ -70,7 +70,7 @@ impl<T: Pod> AlignedVec<T> {
 
     /// Columns of `rows` numbers each, every one in lines of its own.
     pub(super) fn columns(rows: usize, mut numbers: impl ExactSizeIterator<Item = T>) -> Self {
-        let stride = whole::<T>(rows);
+        let stride = padded_len::<T>(rows);
         let mut lines = Self::zeros(numbers.len() / rows.max(1) * stride);
         for column in lines.chunks_exact_mut(stride.max(1)) {
             column[..rows].iter_mut().zip(&mut numbers).for_each(|(to, from)| *to = from);
@@ -109,11 +109,11 @@ mod tests {
     fn numbers_begin_at_a_line_and_zeros_fill_the_last() {
         for n in [0, 1, 15, 16, 17, 89] {
             let lines = AlignedVec::from((0..n).map(|i| i as f32 + 1.0));
-            assert_eq!(lines.len(), whole::<f32>(n));
+            assert_eq!(lines.len(), padded_len::<f32>(n));
             assert_eq!(lines.as_ptr().addr() % 64, 0);
             assert!((0..n).all(|i| lines[i] == i as f32 + 1.0) && lines[n..].iter().all(|v| *v == 0.0));
             let more = lines.resized(n + 20);
-            assert!(more.len() == whole::<f32>(n + 20) && more[n..].iter().all(|v| *v == 0.0));
+            assert!(more.len() == padded_len::<f32>(n + 20) && more[n..].iter().all(|v| *v == 0.0));
         }
         let columns = AlignedVec::columns(3, (1..7).map(f64::from));
         assert_eq!(columns[..], [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, 0.0, 0.0, 4.0, 5.0, 6.0, 0.0, 0.0, 0.0, 0.0, 0.0]);

@@ -3,7 +3,7 @@
 use faer::MatRef;
 use pulp::{Arch, Simd, WithSimd};
 
-use super::aligned::{whole, AlignedVec};
+use super::aligned::{padded_len, AlignedVec};
 use crate::dense;
 
 /// W of k nodes, components (x, y, n) node after node: in double precision, and in single precision sorted by
@@ -31,7 +31,7 @@ impl DelassusOperator {
         let diagonal: Vec<f64> = columns.iter().step_by(size + 1).copied().collect();
         let normal: f64 = diagonal.iter().skip(2).step_by(3).sum();
         let unit = if normal > 0.0 { normal / k as f64 } else { 1.0 };
-        let places = whole::<f32>(k);
+        let places = padded_len::<f32>(k);
         let (plane, gaps) = (AlignedVec::zeros(6 * k * places), AlignedVec::zeros(k * places));
         let lines = AlignedVec::columns(size, columns.iter().copied());
         let mut new = Self { columns: lines, size, diagonal, unit, plane, gaps };
@@ -47,7 +47,7 @@ impl DelassusOperator {
 
     /// Distance of the columns.
     fn stride(&self) -> usize {
-        whole::<f64>(self.size)
+        padded_len::<f64>(self.size)
     }
 
     /// The matrix, m/N, `[3k, 3k]`.
@@ -78,7 +78,7 @@ impl DelassusOperator {
 
     /// l.
     pub(super) fn places(&self) -> usize {
-        whole::<f32>(self.size / 3)
+        padded_len::<f32>(self.size / 3)
     }
 
     /// Column `c` (x, y) of node `i` in single precision: rows x, y and n of all nodes, `[3][l]`.
@@ -131,7 +131,7 @@ impl WithSimd for Sort<'_> {
     #[inline(always)]
     fn with_simd<S: Simd>(self, _: S) {
         let Self { columns, factor, k, plane, gaps } = self;
-        let l = whole::<f32>(k);
+        let l = padded_len::<f32>(k);
         for (j, column) in columns.chunks_exact(3 * k.max(1)).enumerate() {
             let rows = bytemuck::cast_slice::<f64, [f64; 3]>(column);
             let (i, c) = (j / 3, j % 3);

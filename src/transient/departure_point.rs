@@ -84,9 +84,9 @@ mod tests {
                 let Some(DeparturePoint::Between { left, travel: way }) = feet[i] else { panic!("{i}: {:?}", feet[i]) };
                 assert_eq!(left + 1, i);
                 let (h, near) = ([X[i] - X[i - 1], X[i] - X[i - 2]], [i, i - 1, i - 2]);
-                let course = UpwindReconstruction::of(h, near.map(|j| closed[j]), || [gap[i - 1], gap[i - 2]]);
+                let course = UpwindReconstruction::new(h, near.map(|j| closed[j]), || [gap[i - 1], gap[i - 2]]);
                 let foot: f64 = course.value(way, h).iter().zip(near).map(|(c, j)| c * w[j]).sum();
-                let (got, want) = ((w[i] - foot) / travel, steady.at(i, |j| w[j]));
+                let (got, want) = ((w[i] - foot) / travel, steady.derivative(i, |j| w[j]));
                 assert!((got - want).abs() < bound * want.abs().max(1.0), "node {i}, {ahead:?}: {got}, steady {want}");
             }
         }

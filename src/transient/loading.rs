@@ -48,7 +48,7 @@ impl History {
     }
 
     /// The value at time `t`, s; outside the table that of its end.
-    pub fn at(&self, t: f64) -> f64 {
+    pub fn value(&self, t: f64) -> f64 {
         let after = self.points.partition_point(|p| p.0 <= t);
         match (after.checked_sub(1).map(|i| self.points[i]), self.points.get(after)) {
             (Some(a), Some(b)) => a.1 + (b.1 - a.1) * (t - a.0) / (b.0 - a.0),
@@ -183,7 +183,7 @@ impl Loading {
     /// Returns whether patch `c` stays open at the time `t` (s), because nothing presses it.
     pub(super) fn is_open(&self, c: usize, t: f64) -> bool {
         let lifted = |m: &DrivenMotion| match &m.normal {
-            Normal::Force(history) => m.factors.iter().all(|&n| n >= 0.0) && history.at(t) == 0.0,
+            Normal::Force(history) => m.factors.iter().all(|&n| n >= 0.0) && history.value(t) == 0.0,
             Normal::Approach(_) => false,
         };
         self.motions.iter().any(|m| m.factors[c] != 0.0 && lifted(m))
@@ -215,9 +215,9 @@ mod tests {
     fn a_history_is_straight_between_its_points_and_stays_outside() {
         let h = History::table("h", &[[-1.0, 4.0], [1.0, 2.0], [2.0, 5.0]], 2.0).unwrap();
         for (t, want) in [(-3.0, 4.0), (-1.0, 4.0), (0.0, 3.0), (1.0, 2.0), (1.5, 3.5), (2.0, 5.0), (9.0, 5.0)] {
-            assert_eq!(h.at(t), want, "at {t} s");
+            assert_eq!(h.value(t), want, "at {t} s");
         }
-        assert_eq!(History::constant(7.0).at(3.0), 7.0);
+        assert_eq!(History::constant(7.0).value(3.0), 7.0);
         // 0.1 + 0.2 is more than 0.3, by rounding only.
         assert!(History::table("h", &[[0.0, 1.0], [0.3, 1.0]], 0.1 + 0.2).is_ok());
         assert!(History::table("h", &[[0.0, 1.0], [0.3, 1.0]], 0.301).is_err());
@@ -229,7 +229,7 @@ mod tests {
         let drive = Loading::constant(NormalLoad::Force(5.0), creepage, 10.0);
         let creep = |v: f64| Tangential::Creep(History::constant(v));
         assert_eq!(drive.patches[0].tangential, [creep(1.0), creep(2.0)]);
-        assert_eq!((drive.patches[0].spin.at(0.0), drive.patches[0].speed), (3.0, 10.0));
+        assert_eq!((drive.patches[0].spin.value(0.0), drive.patches[0].speed), (3.0, 10.0));
         let motion = &drive.motions[0];
         assert_eq!((&motion.normal, &motion.factors[..]), (&Normal::Force(History::constant(5.0)), &[1.0][..]));
         let loads = Loads::of_patches(&[NormalLoad::Force(5.0), NormalLoad::Force(0.0)]);

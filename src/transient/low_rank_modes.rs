@@ -4,7 +4,7 @@
 //! B Cᵀ with r columns, to 1e-12, so that displacements of the contact and forces on the modes cost r and not m
 //! products a row.
 
-use super::aligned::{whole, AlignedVec};
+use super::aligned::{padded_len, AlignedVec};
 use crate::dense::{add_columns, wide_dot};
 use faer::MatRef;
 
@@ -41,10 +41,10 @@ impl LowRankModes {
         // smaller.
         let limit = ((n * m).saturating_sub(1) / (n + m).max(1)).min(3 * m / 4);
         let Some([mut basis, mut mix]) = factors(modes, limit, NEGLIGIBLE) else {
-            return Self::whole(modes);
+            return Self::from_modes(modes);
         };
         // Rows in whole lines, with zeros.
-        let rank = whole::<f64>(basis.len());
+        let rank = padded_len::<f64>(basis.len());
         basis.resize(rank, vec![0.0; n]);
         mix.resize(rank, vec![0.0; m]);
         let rows = (0..n).flat_map(|i| basis.iter().map(move |b| b[i])).collect();
@@ -57,7 +57,7 @@ impl LowRankModes {
     }
 
     /// Factors of Ψ as they are.
-    pub(super) fn whole(modes: MatRef<'_, f64>) -> Self {
+    pub(super) fn from_modes(modes: MatRef<'_, f64>) -> Self {
         let (n, m) = modes.shape();
         let rows = (0..n).flat_map(|i| (0..m).map(move |k| modes[(i, k)])).collect();
         Self { rows, rank: m, mix: None }
@@ -74,7 +74,7 @@ impl LowRankModes {
     }
 
     /// Cᵀ q, `[r]`: what the contact sees of the amplitudes `q`, `[m]`.
-    pub(super) fn seen(&self, q: &[f64]) -> Vec<f64> {
+    pub(super) fn contact_amplitudes(&self, q: &[f64]) -> Vec<f64> {
         let Some(mix) = &self.mix else { return q.to_vec() };
         let mut z = vec![0.0; self.rank];
         add_columns(&mix.rows, self.rank, q, &mut z);
@@ -139,7 +139,7 @@ mod tests {
             assert!(if few { shapes.rank() <= m / 2 } else { shapes.rank() == m });
             let q: Vec<f64> = (0..m).map(|k| (k as f64).cos()).collect();
             let f: Vec<f64> = (0..n).map(|i| (i as f64).cos()).collect();
-            let z = shapes.seen(&q);
+            let z = shapes.contact_amplitudes(&q);
             for i in 0..n {
                 let want: f64 = (0..m).map(|k| modes[(i, k)] * q[k]).sum();
                 let got: f64 = shapes.row(i).iter().zip(&z).map(|(b, z)| b * z).sum();

@@ -20,25 +20,25 @@
 //! impact). The creep of a step is taken along the particle, ṡ = (w⁺(x) − w(x − Vh))/h + c.
 
 mod aligned;
-pub mod border;
+pub(crate) mod border;
 mod coupled;
-pub mod cycle;
-pub mod delassus;
+pub(crate) mod cycle;
+pub(crate) mod delassus;
 mod departure_point;
-pub mod dynamics;
-pub mod energy;
+pub(crate) mod dynamics;
+pub(crate) mod energy;
 mod fixed_point;
 mod gauss_seidel;
 pub mod loading;
 pub(crate) mod low_rank_modes;
 pub mod model;
 mod newton;
-pub mod points;
+pub(crate) mod points;
 pub mod problem;
 pub mod scheme;
 mod split_newton;
 pub mod start;
-pub mod stepper;
+pub(crate) mod stepper;
 mod structure_of_arrays;
 #[cfg(test)]
 mod tests;

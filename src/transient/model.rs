@@ -42,7 +42,7 @@ pub struct Model<'a> {
 
 impl<'a> Model<'a> {
     /// A pair of bodies on its `interface`, without loads other than the contact's.
-    pub fn of(pair: &'a CoupledModel, interface: &'a Interface) -> Self {
+    pub fn new(pair: &'a CoupledModel, interface: &'a Interface) -> Self {
         let (residual, modes) = (pair.residual.as_ref(), pair.modes.as_ref());
         let (stiffness, damping) = (pair.stiffness.clone(), pair.damping.clone());
         let turning = pair.turning.clone();

@@ -9,7 +9,7 @@ use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut};
 
 use super::problem::{node, Effort, StepProblem, StepSolution};
-use super::split_newton::Kept;
+use super::split_newton::SolverCache;
 use crate::contact::krylov::gmres;
 use crate::contact::law::{Status, Tangent};
 use crate::Result;
@@ -23,7 +23,7 @@ pub struct Memory {
     /// Products beyond the first of each linear system since the factorisation was made.
     excess: usize,
     /// For the method by parts.
-    pub(super) parts: Kept,
+    pub(super) parts: SolverCache,
     /// Steps before the method by parts is tried again, and how many it will be the next time it fails.
     pause: usize,
     penalty: usize,

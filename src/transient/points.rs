@@ -49,7 +49,7 @@ impl PointModel {
 
     /// Points with given reactions, N, `[3n]`, and coefficients of friction, `[n]`: loads from outside balance them
     /// on the modes, and the gaps are those that the forces close.
-    pub fn given(pair: &CoupledModel, points: &Interface, rest: (Vec<f64>, Vec<f64>), span: f64) -> Self {
+    pub fn with_reactions(pair: &CoupledModel, points: &Interface, rest: (Vec<f64>, Vec<f64>), span: f64) -> Self {
         let (reaction, friction) = rest;
         let residual = residual(pair, span);
         let force = Mat::from_fn(reaction.len(), 1, |i, _| reaction[i]);
@@ -61,7 +61,7 @@ impl PointModel {
 
     /// The model of the two bodies.
     pub fn model<'a>(&'a self, pair: &'a CoupledModel) -> Model<'a> {
-        Model { residual: self.residual.as_ref(), load: &self.load, ..Model::of(pair, &self.interface) }
+        Model { residual: self.residual.as_ref(), load: &self.load, ..Model::new(pair, &self.interface) }
     }
 
     /// The state of rest and its approach, m.

@@ -2,9 +2,8 @@
 
 use faer::Mat;
 
-use super::aligned::{whole, AlignedVec};
+use super::aligned::padded_len;
 use super::border::Border;
-use super::delassus::DelassusOperator;
 use super::departure_point::{feet, DeparturePoint};
 use super::dynamics::Dynamics;
 use super::energy::Energy;
@@ -13,14 +12,15 @@ use super::low_rank_modes::LowRankModes;
 use super::model::{Impact, Model};
 use super::newton::Memory;
 use super::problem::{ContactSolver, Effort, StepProblem};
-use super::scheme::{Modal, Scheme};
-use crate::contact::law::Status;
+use super::scheme::Scheme;
 use crate::dense::{self, dot};
 use crate::friction::{FrictionLaw, Remembered};
 use crate::grid::{ContactPatch, Interface};
 use crate::roughness::Surface;
 use crate::{Error, Result};
 
+mod construction;
+mod energy_balance;
 mod integrated;
 mod remembered;
 mod roughness_gap;
@@ -32,7 +32,7 @@ use integrated::Integrated;
 use roughness_gap::RoughnessGap;
 use step_drive::StepDrive;
 pub use step_result::{ContactProblemView, Fields, PatchReport, StepReport};
-use step_result::{End, NodeState};
+use step_result::{NodeState, StepEnd};
 use working_set::{InactiveNodes, WorkingSet};
 
 /// Gap of a node that cannot close in a step, m: more than any body moves.
@@ -121,126 +121,6 @@ pub struct Stepper<'a> {
 }
 
 impl<'a> Stepper<'a> {
-    /// A stepper at the given state.
-    pub fn new(model: Model<'a>, settings: Settings, state: State) -> Result<Self> {
-        let impact = model.impact()?;
-        settings.scheme.check(model.omega)?;
-        let motion = Box::new(Modal::new(&model, settings.scheme, impact)?);
-        let shapes = LowRankModes::new(model.modes);
-        Self::made((model, shapes), settings, state, (motion, false))
-    }
-
-    /// A stepper of bodies that `motion` moves. Ψ of the `model` picks the contact rows from its coordinates. What
-    /// the future depends on is not all in the [`State`], so that the stepper cannot be [put](Self::put) elsewhere or
-    /// [settled](Self::settle).
-    pub fn over(model: Model<'a>, settings: Settings, state: State, motion: Box<dyn Dynamics + 'a>) -> Result<Self> {
-        let shapes = LowRankModes::whole(model.modes);
-        Self::made((model, shapes), settings, state, (motion, true))
-    }
-
-    /// A stepper of a contact without mass, behind which `motion` moves as it is told: reactions change nothing of it.
-    /// Ψ of the `model` has a column for each of its coordinates.
-    pub fn driven(model: Model<'a>, settings: Settings, state: State, motion: Box<dyn Dynamics + 'a>) -> Result<Self> {
-        let shapes = LowRankModes::whole(model.modes);
-        Self::made((model, shapes), settings, state, (motion, false))
-    }
-
-    fn made(
-        (model, shapes): (Model<'a>, LowRankModes),
-        settings: Settings,
-        mut state: State,
-        (motion, massive): (Box<dyn Dynamics + 'a>, bool),
-    ) -> Result<Self> {
-        let impact = model.impact()?;
-        settings.scheme.check(&[])?;
-        let n = model.interface.len();
-        if state.q.len() != model.omega.len() || state.v.len() != model.omega.len() || state.reaction.len() != 3 * n {
-            return Err(Error::Defect("transient: the state does not belong to the model".into()));
-        }
-        if settings.friction.memory().is_none() {
-            state.friction.clear();
-        } else if state.friction.is_empty() {
-            state.friction = vec![settings.friction.coefficient(0.0); n];
-        } else if state.friction.len() != n {
-            return Err(Error::Defect(format!(
-                "transient: {} coefficients of friction for {n} contact nodes",
-                state.friction.len()
-            )));
-        }
-        if impact == Impact::Rigid && settings.drive.is_loaded() {
-            return Err(Error::Job(
-                "analyses.transient: bodies without residual compliance need a given approach, not a normal load"
-                    .into(),
-            ));
-        }
-        let w = motion.operator(&model);
-        let s = model.interface;
-        settings.drive.check(s.patches.len())?;
-        if state.motions.len() != settings.drive.motions.len() {
-            return Err(Error::Defect(format!(
-                "transient: {} rigid motions in the state, {} in the loading",
-                state.motions.len(),
-                settings.drive.motions.len()
-            )));
-        }
-        let slope = (0..n)
-            .map(|i| {
-                let (patch, ix, iy) = s.place(i);
-                let (a, b) = (ix.saturating_sub(1), (ix + 1).min(patch.x.len() - 1));
-                if s.are_points() {
-                    return 0.0;
-                }
-                (s.gap[patch.node(b, iy)] - s.gap[patch.node(a, iy)]) / (patch.x[b] - patch.x[a])
-            })
-            .collect();
-        let mut new = Self {
-            feet: all_feet(s, &settings.drive, settings.scheme.step),
-            passing: RoughnessGap::smooth(s),
-            model,
-            settings,
-            impact,
-            motion,
-            massive,
-            w,
-            slope,
-            widest: s.gap.iter().fold(0.0, |m, g| m.max(g.abs())),
-            state,
-            working: WorkingSet {
-                nodes: Vec::new(),
-                patch: Vec::new(),
-                core: 0,
-                full: 0,
-                place: Vec::new(),
-                w: DelassusOperator::default(),
-                around: AlignedVec::default(),
-                psi: AlignedVec::default(),
-                feet: Vec::new(),
-                ways: Vec::new(),
-                at: Vec::new(),
-                u: Vec::new(),
-            },
-            outside: InactiveNodes::default(),
-            memory: Memory::default(),
-            integrated: None,
-            past: Vec::new(),
-            shapes,
-            modal_now: None,
-            met: NodeState::default(),
-            posed: Vec::new(),
-            before: Vec::new(),
-            report: StepReport::default(),
-            open: Vec::new(),
-            settled: false,
-        };
-        new.reset()?;
-        let (kinetic, elastic) = new.stored();
-        let e = &mut new.state.energy;
-        if *e == Energy::default() {
-            *e = Energy { kinetic, elastic, start: kinetic + elastic, ..Energy::default() };
-        }
-        Ok(new)
-    }
-
     /// The same on rough surfaces.
     pub fn rough(mut self, surface: Surface) -> Result<Self> {
         self.passing = RoughnessGap::rough(self.model.interface, surface)?;
@@ -326,7 +206,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// The contact problem of the last step; none where other nodes came in since.
-    pub fn posed(&self) -> Option<ContactProblemView<'_>> {
+    pub fn problem_view(&self) -> Option<ContactProblemView<'_>> {
         let ws = &self.working;
         let nodes = &ws.nodes[..ws.core];
         let before = &self.before[..];
@@ -368,10 +248,12 @@ impl<'a> Stepper<'a> {
         let (q_free, v_free) = self.motion.free(&self.state.q, &self.state.v, &old_modal)?;
         // As the contact sees them.
         let q_seen = match self.motion.lag(&old_modal) {
-            Some(lag) => self.shapes.seen(&q_free.iter().zip(lag).map(|(q, l)| q + l).collect::<Vec<f64>>()),
-            None => self.shapes.seen(&q_free),
+            Some(lag) => {
+                self.shapes.contact_amplitudes(&q_free.iter().zip(lag).map(|(q, l)| q + l).collect::<Vec<f64>>())
+            }
+            None => self.shapes.contact_amplitudes(&q_free),
         };
-        let v_seen = if self.impact == Impact::Rigid { self.shapes.seen(&v_free) } else { Vec::new() };
+        let v_seen = if self.impact == Impact::Rigid { self.shapes.contact_amplitudes(&v_free) } else { Vec::new() };
         let drive = StepDrive::new(&self.settings.drive, &self.state, t, h);
         if drive.open != self.open {
             self.memory.forget();
@@ -440,7 +322,7 @@ impl<'a> Stepper<'a> {
             response[..3 * core].copy_from_slice(&solution.response);
             dense::add_columns(
                 &ws.around,
-                whole::<f64>(rows - 3 * core),
+                padded_len::<f64>(rows - 3 * core),
                 &solution.reaction,
                 &mut response[3 * core..],
             );
@@ -477,7 +359,7 @@ impl<'a> Stepper<'a> {
                 self.posed = b;
                 self.before = before;
                 let creep = along.map(|d| d / h);
-                break End { solution, response, free, modal, q, v, motions, creep };
+                break StepEnd { solution, response, free, modal, q, v, motions, creep };
             }
             rounds += 1;
             if rounds > 50 {
@@ -493,7 +375,7 @@ impl<'a> Stepper<'a> {
             core.append(&mut entering);
             self.gather(core)?;
         };
-        self.take(end, effort);
+        self.finish_step(end, effort);
         self.shrink()
     }
 
@@ -524,119 +406,6 @@ impl<'a> Stepper<'a> {
     /// A gap that is negative by rounding alone, m, of patches with an `approach`, m, `[patches]`.
     fn rounding(&self, approach: &[f64]) -> f64 {
         -1e-12 * (approach.iter().fold(0.0f64, |m, a| m.max(a.abs())) + self.widest)
-    }
-
-    /// Takes the end of a step into the state.
-    fn take(&mut self, end: End, effort: Effort) {
-        let End { solution, response: mut u, free, modal, q, v, motions, creep } = end;
-        let h = self.settings.scheme.step;
-        let gamma = self.motion.gamma();
-        self.renew_friction(&solution);
-        self.modal_now = Some(modal);
-        u.iter_mut().zip(&free).for_each(|(u, f)| *u += f);
-
-        // Energy: mean reactions of the step times what moved.
-        let (mut friction, mut drive, mut rolling, mut impact) = (0.0, 0.0, 0.0, 0.0);
-        let patches = vec![PatchReport::default(); self.settings.drive.patches.len()];
-        let mut report = StepReport { residual: solution.residual, effort, patches };
-        let sunk: Vec<f64> = motions.iter().zip(&self.state.motions).map(|(now, then)| now - then).collect();
-        let sunk = self.settings.drive.approaches(&sunk);
-        let ws = &self.working;
-        let core = ws.nodes[..ws.core].iter().zip(&ws.at).zip(solution.reaction.chunks_exact(3)).zip(&solution.status);
-        let moved = u.chunks_exact(3).zip(ws.u.chunks_exact(3)).zip(self.met.slip.chunks_exact(2));
-        for (a, ((((&i, ([x, y], _)), r), status), ((now, then), slip))) in core.zip(moved).enumerate() {
-            let patch = ws.patch_of(a);
-            // Nodes outside the core have no reaction.
-            let old = &mut self.state.reaction[3 * i..3 * i + 3];
-            let mean: [f64; 3] = std::array::from_fn(|c| gamma * r[c] + (1.0 - gamma) * old[c]);
-            old.copy_from_slice(r);
-            friction -= mean[0] * slip[0] + mean[1] * slip[1];
-            let nearer = sunk[patch] + self.passing.raised(i);
-            drive +=
-                mean[2] * nearer - mean[0] * (slip[0] - (now[0] - then[0])) - mean[1] * (slip[1] - (now[1] - then[1]));
-            let speed = self.settings.drive.patches[patch].speed;
-            rolling -= mean[2] * speed * h * self.slope[i];
-            impact -= mean[2] * (now[2] - then[2] - nearer);
-            let own = &mut report.patches[patch];
-            own.force[0] += r[0];
-            own.force[1] += r[1];
-            own.force[2] -= r[2];
-            own.moment_z += x * r[1] - y * r[0];
-            let closed = match self.integrated {
-                Some(_) => *status != Status::Open,
-                None => r[2] > 0.0,
-            };
-            own.closed += usize::from(closed);
-            own.stick += usize::from(closed && *status == Status::Stick);
-        }
-        let e = &mut self.state.energy;
-        e.friction += friction;
-        e.drive += drive;
-        e.rolling += rolling;
-        if self.impact == Impact::Rigid {
-            e.impact += impact;
-        }
-        let (damped, supplied) = self.motion.damped((&self.state.q, &self.state.v), (&q, &v));
-        e.damping += damped;
-        e.drive += supplied;
-        e.drive += self.motion.loaded(&self.state.q, &q);
-        self.state.q = q;
-        self.state.v = v;
-        if self.past.len() == PAST {
-            self.past.pop();
-        }
-        self.past.insert(0, (solution.reaction, solution.response));
-        (self.state.motions, self.state.creep) = (motions, creep);
-        self.state.step += 1;
-        self.working.u = u;
-        self.met.status = solution.status;
-        self.report = report;
-        let (kinetic, elastic) = self.stored();
-        let e = &mut self.state.energy;
-        (e.kinetic, e.elastic) = (kinetic, elastic);
-        if std::mem::take(&mut self.settled) {
-            e.start += e.residual();
-        }
-    }
-
-    /// The state is that of a start after [`Self::settle`], as a stopped run has kept it: the balance of energy is
-    /// counted from the end of the first step.
-    pub fn after_settling(mut self) -> Self {
-        self.settled = true;
-        self
-    }
-
-    /// Kinetic and elastic energy of the present state, J.
-    fn stored(&self) -> (f64, f64) {
-        let mut elastic = self.motion.elastic(&self.state.q);
-        if self.impact == Impact::Compliant {
-            // ½ RᵀSR = ½ Rᵀ(u − Ψ q).
-            for (&i, u) in self.working.nodes[..self.working.core].iter().zip(self.working.u.chunks_exact(3)) {
-                let r = &self.state.reaction[3 * i..3 * i + 3];
-                elastic += 0.5 * (r[0] * u[0] + r[1] * u[1] + r[2] * u[2]);
-            }
-            let modal = match &self.modal_now {
-                Some(f) => dot(f, &self.state.q),
-                None => dot(&self.modal_reaction(&self.core_reaction()), &self.state.q),
-            };
-            elastic -= 0.5 * modal;
-        }
-        (self.motion.kinetic(&self.state.v), elastic)
-    }
-
-    /// Ψᵀ R of the reactions on the core, N/√kg, `[m]`.
-    fn modal_reaction(&self, reaction: &[f64]) -> Vec<f64> {
-        let rank = self.shapes.rank();
-        let mut seen = vec![0.0; rank];
-        dense::add_columns(&self.working.psi[..rank * reaction.len()], rank, reaction, &mut seen);
-        self.shapes.spread(seen)
-    }
-
-    fn core_reaction(&self) -> Vec<f64> {
-        self.working.nodes[..self.working.core]
-            .iter()
-            .flat_map(|&i| self.state.reaction[3 * i..3 * i + 3].iter().copied())
-            .collect()
     }
 
     /// Reactions on the core, extrapolated by a polynomial in time as far as steps are known, and their response

@@ -46,14 +46,14 @@ impl SoaVec3 {
     }
 
     /// The vector `v`, `[k][3]`.
-    pub(super) fn of(v: &[f64], places: usize) -> Self {
+    pub(super) fn from_interleaved(v: &[f64], places: usize) -> Self {
         let mut new = Self::zeros(places);
-        new.take(v);
+        new.assign(v);
         new
     }
 
     /// Takes the vector `v`, `[k][3]`, of the same k as before.
-    pub(super) fn take(&mut self, v: &[f64]) {
+    pub(super) fn assign(&mut self, v: &[f64]) {
         let rows = self.rows_mut();
         Arch::new().dispatch(Sort { from: bytemuck::cast_slice(v), rows });
     }
@@ -143,7 +143,7 @@ mod tests {
     fn sorted_numbers_come_back_and_places_without_a_node_hold_zeros() {
         for k in [0, 1, 7, 8, 16, 17, 89] {
             let v: Vec<f64> = (0..3 * k).map(|i| i as f64 + 1.0).collect();
-            let sorted = SoaVec3::of(&v, super::super::aligned::whole::<f32>(k));
+            let sorted = SoaVec3::from_interleaved(&v, super::super::aligned::padded_len::<f32>(k));
             assert_eq!(sorted.give(k), v);
             for c in 0..3 {
                 let row = sorted.row(c);

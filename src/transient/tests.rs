@@ -226,7 +226,7 @@ fn a_load_that_comes_back_is_carried_again() {
         for step in 1..=10 {
             stepper.advance().unwrap();
             let force = -stepper.report().force()[2];
-            near(force, load.at(f64::from(step) * H), &format!("force in step {step}"));
+            near(force, load.value(f64::from(step) * H), &format!("force in step {step}"));
         }
         near(stepper.state().reaction[3 * 16 + 2], 250.0, "pressure of the second node");
         near(stepper.state().motions[0], 750.0 * SOFT, "approach");
@@ -309,7 +309,7 @@ fn the_laws_hold_with_a_fresh_product_after_many_steps() {
         let mut stepper = Stepper::new(model, settings, start).unwrap();
         for step in 1..=600 {
             stepper.advance().unwrap();
-            let Some(posed) = stepper.posed().filter(|_| step % 20 == 0) else { continue };
+            let Some(posed) = stepper.problem_view().filter(|_| step % 20 == 0) else { continue };
             let k = 3 * posed.nodes.len();
             let (matrix, free, before) = (posed.matrix, posed.free, posed.before);
             let problem =

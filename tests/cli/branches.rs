@@ -136,7 +136,19 @@ fn other_starts_lead_to_the_same_branch() {
     let start = second.dataset("cycles/start").and_then(|d| d.read_raw::<i64>()).expect("start")[0] as usize;
     let (key, energy) = (read(&second, "cycles/key")[start], read(&second, "cycles/kinetic")[start]);
     assert!((key - keys[1]).abs() < 1e-12 && (energy / energies[1] - 1.0).abs() < 1e-6, "{key} {energy}");
-    // Beside the marched one it is recognised.
+    // Marched, in the place of a motion of growing amplitude, alone: its first step lies at another phase of the cycle.
+    let mut cycles = quick();
+    (cycles["most"], cycles["starts"]["by"]) = (json!(1), json!("march"));
+    let other = Folder::with(job(cycles).to_string());
+    other.call(1, "run", &["--reuse", &model, "--output", &other.text("march.h5")]).good();
+    let own = open(other.path("march.h5"));
+    let at = |file: &hdf5::File| {
+        let start = file.dataset("cycles/start").and_then(|d| d.read_raw::<i64>()).expect("start")[0] as usize;
+        ["key", "kinetic", "frequency"].map(|name| read(file, &format!("cycles/{name}"))[start])
+    };
+    let (ours, theirs) = (at(&own), at(&first));
+    assert!((0..3).all(|k| (ours[k] / theirs[k] - 1.0).abs() < 1e-4), "{ours:?} {theirs:?}");
+    // Beside the other one it is recognised.
     let mut cycles = quick();
     cycles["starts"] = json!({ "modes": 1, "results": [{ "file": folder.text("first.h5"), "cycle": 1 }] });
     let both = Folder::with(job(cycles).to_string());

@@ -85,11 +85,11 @@ fn lower(world: &World, all: &DistCsr) -> DistCsr {
 fn half(world: &World) {
     let (k, m) = brick(world, 4);
     // Symmetric to the last bit between the own rows.
-    let [k, m] = [&k, &m].map(|a| lower(world, a).whole().into_owned());
+    let [k, m] = [&k, &m].map(|a| lower(world, a).full().into_owned());
     let [low, light] = [&k, &m].map(|a| lower(world, a));
     low.validate(world, "half").unwrap();
     let same = |a: &DistCsr, b: &DistCsr| (&a.indptr, &a.cols, &a.values) == (&b.indptr, &b.cols, &b.values);
-    assert!(same(&low.whole(), &k) && low.whole().stored == Stored::Whole);
+    assert!(same(&low.full(), &k) && low.full().stored == Stored::Whole);
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-14 * a.abs();
     assert!(close(low.norm_inf(world), k.norm_inf(world)) && low.max_abs(world) == k.max_abs(world));
     assert!(low.asymmetry(world) < 1e-14);
@@ -100,13 +100,13 @@ fn half(world: &World) {
     assert_eq!(low.diagonal(world.rank), k.diagonal(world.rank));
     // Sums are stored as their first term is.
     assert!(same(&low.minus_scaled(0.3, &light), &low.minus_scaled(0.3, &m)));
-    assert!(same(&low.minus_scaled(0.3, &m).whole(), &k.minus_scaled(0.3, &m)));
+    assert!(same(&low.minus_scaled(0.3, &m).full(), &k.minus_scaled(0.3, &m)));
     assert!(same(&k.minus_scaled(0.3, &light), &k.minus_scaled(0.3, &m)));
     let held = [1, 5, k.order() - 1];
     let [mut fixed, mut all] = [low.clone(), k.clone()];
     fixed.hold(world.rank, &held, 2.0);
     all.hold(world.rank, &held, 2.0);
-    assert!(same(&fixed.whole(), &all));
+    assert!(same(&fixed.full(), &all));
     assert_eq!(low.gather(world), k.gather(world));
     // Products, of one column, of some, and of complex ones.
     let x: Vec<f64> = (0..11).flat_map(|j| sample(&k, world, f64::from(j))).collect();

@@ -2,7 +2,7 @@
 
 use crate::matrices::*;
 use crate::Check;
-use railsqueal::eigen::sparse::{modes, At, Matrices, Method, ModesOptions, Sliding, SLICED};
+use railsqueal::eigen::sparse::{modes, Matrices, Method, ModesOptions, ShiftedFactor, Sliding, SLICED};
 use railsqueal::eigen::{band, lowest, Modes, Pencil};
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::{dot, DistCsr};
@@ -209,7 +209,7 @@ fn alone(world: &World) {
     let m = diagonal(&own, k.ranges.clone(), |_| 1.0);
     let mut factor = Factor::new(&own, &k, FactorOptions::new(Symmetry::Positive), "chain").unwrap();
     let pencil = Matrices::new(&own, &k, &m);
-    let mut first = At { factor: &mut factor, sigma: 0.0 };
+    let mut first = ShiftedFactor { factor: &mut factor, sigma: 0.0 };
     let found = railsqueal::eigen::nearest(&pencil, &mut first, 10, &mut |_, _| ()).unwrap();
     let all = lowest(&pencil, &mut first, &mut Sliding::new(&pencil), 170, &mut |_, _| ()).unwrap();
     for (i, lambda) in found.lambda.iter().take(10).chain(&all.lambda).enumerate() {

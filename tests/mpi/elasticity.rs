@@ -137,7 +137,7 @@ fn halves(world: &World, part: &MeshPart, dofs: &DofMap, ops: &Operators) {
         assert!(asymmetry < 1e-14, "{name} is not symmetric: {asymmetry:e} of its largest entry");
         half.validate(world, name).unwrap();
         assert!(half.cols.len() < all.cols.len(), "{name}: {} of {} entries", half.cols.len(), all.cols.len());
-        let whole = half.whole();
+        let whole = half.full();
         assert_eq!((&whole.indptr, &whole.cols), (&all.indptr, &all.cols), "{name}");
         let scale = all.max_abs(world);
         let worst = whole.values.iter().zip(&all.values).fold(0.0, |m: f64, (a, b)| m.max((a - b).abs()));

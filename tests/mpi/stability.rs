@@ -125,7 +125,7 @@ fn dense_modes(world: &World, body: &FeBody, count: usize) -> (Vec<f64>, Mat<f64
 /// This rank's rows of them.
 pub fn shared_modes(world: &World, body: &FeBody, count: usize) -> BodyModes {
     let (omega, phi) = dense_modes(world, body, count);
-    let first = body.dofs.begin() as usize;
+    let first = body.dofs.first() as usize;
     let rows = first..first + body.dofs.owned();
     let vectors = (0..count).map(|j| rows.clone().map(|i| phi[(i, j)]).collect()).collect();
     BodyModes { omega, residual: vec![0.0; count], vectors }
@@ -606,7 +606,7 @@ pub fn ranks_without_rows(world: &World) {
         assert_eq!(owned.iter().sum::<u64>(), 2 * 54);
         assert!(world.size < 3 || owned.contains(&0), "every rank has rows: {owned:?}");
         let rows = bodies[0].trace.dofs();
-        let own = bodies[0].dofs.begin()..bodies[0].dofs.begin() + bodies[0].dofs.owned() as u64;
+        let own = bodies[0].dofs.first()..bodies[0].dofs.first() + bodies[0].dofs.owned() as u64;
         let touching = world.all_gather(&[rows.iter().filter(|r| own.contains(r)).count() as u64]);
         assert!(world.size == 1 || touching.contains(&0), "every rank has contact rows: {touching:?}");
         let damping = Damping { alpha: 5.0, beta: 1e-7 };

@@ -282,7 +282,7 @@ pub fn a_free_bar_is_balanced(world: &World) {
     let total = fe.dofs.total();
     let rows: Vec<u64> = (0..12).chain(60..66).chain(total - 12..total).collect();
     let block = solver.inverse_block(&rows, &mut |_, _| {}).unwrap();
-    let own = fe.dofs.begin()..fe.dofs.begin() + fe.dofs.owned() as u64;
+    let own = fe.dofs.first()..fe.dofs.first() + fe.dofs.owned() as u64;
     for (j, column) in rows.iter().enumerate() {
         let mut v = vec![0.0; fe.dofs.owned()];
         if own.contains(column) {

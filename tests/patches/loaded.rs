@@ -45,7 +45,7 @@ impl Wheel {
     }
 
     fn model(&self) -> Model<'_> {
-        Model::of(&self.pair, &self.interface)
+        Model::new(&self.pair, &self.interface)
     }
 
     fn steady(&self) -> (SteadyProblem<'_>, SteadySolution) {
@@ -91,7 +91,7 @@ fn own_loads_of_patches_apart_are_those_of_single_ones() {
     let run = |s: &Interface, pair: &CoupledModel, from: usize, count: usize, kicks: &[f64], law: &FrictionLaw| {
         let of = |i: usize| [rest.traction[i][0], rest.traction[i][1], rest.pressure[i]].map(|v| v * both.weight[i]);
         let reaction: Vec<f64> = (n * from..n * (from + count)).flat_map(of).collect();
-        let model = Model::of(pair, s);
+        let model = Model::new(pair, s);
         let mut start = State::at_rest(&model, &reaction, &rest.motions[from..from + count]);
         start.v.copy_from_slice(kicks);
         let drives = rolling[from..from + count].iter().copied().map(PatchDrive::constant).collect();

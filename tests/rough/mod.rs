@@ -7,7 +7,7 @@ use railsqueal::body::half_space::HalfSpace;
 use railsqueal::contact::{Creepage, NormalLoad};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
-use railsqueal::roughness::{Part, Shape, Surface};
+use railsqueal::roughness::{RoughnessFeature, Shape, Surface};
 use railsqueal::transient::loading::{History, Loading, Normal};
 use railsqueal::transient::{Model, Settings, State, Stepper};
 
@@ -74,7 +74,7 @@ fn force(state: &State) -> f64 {
 }
 
 fn rough(part: Shape, at: f64, speed: f64) -> Surface {
-    let part = Part::Shape { shape: part, at, period: None };
+    let part = RoughnessFeature::Shape { shape: part, at, period: None };
     Surface { speed, onset: 0.1, parts: [vec![part], vec![]] }
 }
 

@@ -152,7 +152,7 @@ class Overlay:
 
     def rows(self, result: Result) -> list[tuple[str, ...]]:
         """A row of words for each: body, directions, dataset, quantity, frequencies, level over the computed one."""
-        table = Receptances.of(result)
+        table = Receptances.from_result(result)
         rows: list[tuple[str, ...]] = []
         for curve in self.curves:
             level = curve.level(table)

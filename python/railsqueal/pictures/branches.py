@@ -30,7 +30,7 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     """The branch diagram of a result that has branches."""
     if not Branches.present(result):
         return []
-    branch = Branches.of(result)
+    branch = Branches.from_result(result)
     key = quantity(branch.along, result.units("cycles/key"), body_words(result.job))
     place = key.factor * branch.key
     shown = [

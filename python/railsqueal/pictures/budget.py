@@ -16,10 +16,10 @@ MOST = 12
 
 
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
-    budget = Budget.of(result)
+    budget = Budget.from_result(result)
     if budget is None or not ComplexModes.present(result):
         return []
-    table, names = ComplexModes.of(result), ModeNames.of(result)
+    table, names = ComplexModes.from_result(result), ModeNames.from_result(result)
     places = [
         k for k in range(len(budget.growth_rate)) if np.isfinite(budget.growth_rate[k]) and k < len(table.frequency)
     ][:MOST]

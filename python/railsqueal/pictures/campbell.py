@@ -36,7 +36,7 @@ def diagram(axes: Any, result: Result, body: str) -> None:
     omega, gyroscopic, stiffness = (
         result.array(f"reduced/{body}/{name}") for name in ("omega", "gyroscopic", "rotation_stiffness")
     )
-    modes = Modes.of(result, body)
+    modes = Modes.from_result(result, body)
     assert modes.diameters is not None and modes.wave_frequency is not None
     speed = abs(modes.angular_velocity)
     diameters = np.round(modes.diameters).astype(int)

@@ -68,7 +68,9 @@ def of_contact(picture: str, group: str) -> str:
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if not ContactGrid.present(result):
         return []
-    all_contacts = [Drawn(result, ContactGrid.of(result, group), group) for group in ContactGrid.groups(result)]
+    all_contacts = [
+        Drawn(result, ContactGrid.from_result(result, group), group) for group in ContactGrid.groups(result)
+    ]
     # One of several contacts may be open.
     closed = [drawn for drawn in all_contacts if drawn.grid.closed.any()]
     if not closed:

@@ -58,7 +58,7 @@ def limit(result: Result, force: Floats) -> tuple[Floats, bool]:
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if not CreepCurve.present(result):
         return []
-    curve = CreepCurve.of(result)
+    curve = CreepCurve.from_result(result)
     label, factor = NAMES[curve.key]
     order = np.argsort(curve.creepage, kind="stable")
     x, force = factor * curve.creepage[order], curve.force[order]

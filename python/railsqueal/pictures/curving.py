@@ -31,10 +31,10 @@ ARROW = 0.75
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
     made: list[Path] = []
     if Curving.present(result):
-        table = Curving.of(result)
+        table = Curving.from_result(result)
         made += bogie(result, table, canvas) + contacts(result, table, canvas)
     if CurvingRadii.present(result):
-        made += over_radius(result, CurvingRadii.of(result), canvas)
+        made += over_radius(result, CurvingRadii.from_result(result), canvas)
     return made
 
 

@@ -20,7 +20,7 @@ LOOKS = {"mode": (GREEN, "o"), "up": (RED, "^"), "down": (BLUE, "v")}
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if not Cycles.present(result):
         return []
-    cycles, sweep = Cycles.of(result), Sweep.of(result)
+    cycles, sweep = Cycles.from_result(result), Sweep.from_result(result)
     along = cycles.along if cycles.along in sweep.keys else sweep.keys[-1]
     made = branches(result, cycles, sweep, Key(result, sweep, along), canvas)
     if len(sweep.moving) == 2:
@@ -108,7 +108,7 @@ def energy_map(result: Result, cycles: Cycles, keys: list[Key], canvas: Canvas) 
     energy, beside = np.full((len(y), len(x)), np.nan), np.zeros((len(y), len(x)), bool)
     squeals = cycles.fate > 0
     energy[at] = np.where(squeals.any(axis=0), np.where(squeals, cycles.kinetic, 0).max(axis=0), np.nan)
-    beside[at] = squeals.any(axis=0) & (Sweep.of(result).unstable == 0)
+    beside[at] = squeals.any(axis=0) & (Sweep.from_result(result).unstable == 0)
     figure, axes = plt.subplots(figsize=(6.8, 5.6), layout="constrained")
     levels = 10 * np.log10(energy)
     known = levels[np.isfinite(levels)]

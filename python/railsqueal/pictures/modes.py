@@ -42,7 +42,7 @@ def pictures(result: Result, canvas: Canvas, count: int) -> list[Path]:
 def table(result: Result, canvas: Canvas) -> Path:
     """The frequencies as a table of Markdown."""
     path = canvas.path("frequencies", "md")
-    bodies = [Modes.of(result, body) for body in Modes.bodies(result)]
+    bodies = [Modes.from_result(result, body) for body in Modes.bodies(result)]
     lines = ["| mode | " + " | ".join(f"{modes.body} body, Hz" for modes in bodies) + " |"]
     lines.append("|---:|" + "---:|" * len(bodies))
     for k in range(max(len(modes.frequency) for modes in bodies)):
@@ -76,7 +76,7 @@ class Surface:
 
 def shape_pictures(result: Result, path: Path, canvas: Canvas, count: int) -> list[Path]:
     """Real modes of each body."""
-    made, names = [], ModeNames.of(result)
+    made, names = [], ModeNames.from_result(result)
     with Fields(path) as fields:
         frequency, body, number = (fields.table(f"modes/{name}") for name in ("frequency", "body", "number"))
         for which in np.unique(body):
@@ -113,7 +113,10 @@ def kind(names: ModeNames, body: str, number: int) -> str:
 def complex_picture(result: Result, path: Path, canvas: Canvas) -> list[Path]:
     """Complex modes over half a period, the most unstable first: a wave travels round a body where its parts move one
     after the other."""
-    table, names = ComplexModes.of(result) if ComplexModes.present(result) else None, ModeNames.of(result)
+    table, names = (
+        ComplexModes.from_result(result) if ComplexModes.present(result) else None,
+        ModeNames.from_result(result),
+    )
     with Fields(path) as fields:
         frequency, growth, phase, place = (
             fields.table(f"modes/{name}") for name in ("frequency", "growth_rate", "phase", "eigenvalue")

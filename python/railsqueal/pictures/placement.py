@@ -27,7 +27,7 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
 def place(result: Result, group: str, canvas: Canvas) -> list[Path]:
     """The contact of the placement `group` on both profiles, and its gap."""
     contact = group.replace("placement", "contact")
-    grid = ContactGrid.of(result, contact) if contact in ContactGrid.groups(result) else None
+    grid = ContactGrid.from_result(result, contact) if contact in ContactGrid.groups(result) else None
     figure, axes = plt.subplots(
         1, 2 if grid else 1, figsize=(9.6 if grid else 5.6, 4.2), layout="constrained", squeeze=False
     )

@@ -25,7 +25,7 @@ SPREAD = {"uniform": ", force spread evenly", "pressure": ", force spread as the
 def pictures(result: Result, canvas: Canvas, measured: Overlay | None = None) -> list[Path]:
     if measured is None and not Receptances.present(result):
         return []
-    table = Receptances.of(result)
+    table = Receptances.from_result(result)
     bodies = list(table.bodies.items())
     if measured is None and len(bodies) == 2 and np.allclose(bodies[0][1], bodies[1][1], rtol=1e-9, atol=0):
         bodies = [("either", bodies[0][1])]

@@ -24,7 +24,7 @@ SPREAD = 0.03
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if not Sweep.present(result):
         return []
-    sweep = Sweep.of(result)
+    sweep = Sweep.from_result(result)
     keys = [Key(result, sweep, key) for key in sweep.keys]
     keys = [key for key in keys if len(key.levels) > 1]
     if len(sweep.shape) != len(sweep.keys):

@@ -85,7 +85,7 @@ class Key:
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if not Sweep.present(result):
         return []
-    sweep = Sweep.of(result)
+    sweep = Sweep.from_result(result)
     moving = sweep.moving
     if len(moving) == 2:
         return stability_map(result, sweep, [Key(result, sweep, sweep.keys[i]) for i in moving], canvas)

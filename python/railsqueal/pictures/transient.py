@@ -24,7 +24,7 @@ PHASES = 8
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if not History.present(result):
         return []
-    history = History.of(result)
+    history = History.from_result(result)
     moving = growing.signal(history)
     span = growing.period(moving)
     made = growth(result, history, moving, span, canvas)

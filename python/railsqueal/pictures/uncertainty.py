@@ -19,7 +19,7 @@ MODES = 12
 def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if not Uncertainty.present(result):
         return []
-    table = Uncertainty.of(result)
+    table = Uncertainty.from_result(result)
     made = probabilities(result, table, canvas) + growth_rates(result, table, canvas)
     if table.first is not None:
         made += tornado(result, table, canvas)

@@ -81,7 +81,7 @@ def write(result: Result, directory: Path, measured: Measurements = NONE) -> lis
 
 def page(result: Result, tables: Sequence[Path], measured: Measurements = NONE) -> str:
     """The report as HTML; receptances and decay rates with `measured` ones beside them."""
-    origin = Provenance.of(result)
+    origin = Provenance.from_result(result)
     title = str(lookup(result.job, "title") or result.stem)
     drawn = pictures(result, measured)
     sections = stability.section(result, drawn)
@@ -94,7 +94,7 @@ def page(result: Result, tables: Sequence[Path], measured: Measurements = NONE) 
         sections += ['<h2 id="pictures">Pictures</h2>', *(others or ["<p>The result has nothing to draw.</p>"])]
     sections += measured_receptances.section(result, measured.receptances)
     sections.append('<h2 id="figures">Figures</h2>')
-    for group, members in groupby(figures.of(result), key=lambda f: f.group):
+    for group, members in groupby(figures.figures_of_result(result), key=lambda f: f.group):
         sections += [f"<h3>{escape(group)}</h3>", table(("", ""), [(f.name, f.text) for f in members])]
     if tables:
         stem = f"{result.stem}-"

@@ -12,7 +12,7 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
     """Stability changes of rest, special points of the branches, why they end, and their diagram."""
     if not Branches.present(result):
         return []
-    branch = Branches.of(result)
+    branch = Branches.from_result(result)
     quantities = quantity(branch.along, result.units("cycles/key"), body_words(result.job))
     axis, factor = quantities.axis, quantities.factor
     parts = ['<h2 id="branches">Limit cycles as solutions</h2>']

@@ -62,7 +62,7 @@ def csv_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
         head = ("body", "mode", "frequency_Hz", "residual", "nodal_diameters", "family", "name")
         made.append(("modes", head, mode_rows(result)))
     if ComplexModes.present(result):
-        table = ComplexModes.of(result)
+        table = ComplexModes.from_result(result)
         made.append(("eigenvalues", EIGENVALUE_HEADS, complex_rows(result, table, unstable=False)))
         made.append(("unstable", EIGENVALUE_HEADS, complex_rows(result, table, unstable=True)))
         made += stability_tables(result, table)
@@ -71,7 +71,7 @@ def csv_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
         made.append(("forces", ("analysis", "point", "force_x_N", "force_y_N", "force_z_N"), forces))
     made += curve_tables(result) + sweep_tables(result) + transient_tables(result)
     made += uncertainty.csv_tables(result)
-    stages = Provenance.of(result).stages
+    stages = Provenance.from_result(result).stages
     if stages:
         made.append(("times", ("stage", "time_s"), [*stages.items(), ("all stages", sum(stages.values()))]))
     return made
@@ -80,20 +80,20 @@ def csv_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
 def stability_tables(result: Result, table: ComplexModes) -> list[tuple[str, Row, list[Row]]]:
     """Growth-rate budget, energy balance and sensitivities of eigenvalues."""
     made: list[tuple[str, Row, list[Row]]] = []
-    budget = Budget.of(result)
+    budget = Budget.from_result(result)
     if budget is not None:
         columns = (budget.damping, budget.friction, budget.creep, budget.tilting, budget.growth_rate)
         rows: list[Row] = [(k, table.frequency[k], *(c[k] for c in columns)) for k in range(len(budget.growth_rate))]
         head = ("place", "frequency_Hz", "damping_1/s", "friction_1/s", "creep_1/s", "tilting_1/s", "sum_1/s")
         made.append(("budget", head, rows))
-    balance = Balance.of(result)
+    balance = Balance.from_result(result)
     if balance is not None:
         rows = [
             (int(k), table.frequency[k], *parts, sum(parts)) for k, parts in zip(balance.place, balance.parts.tolist())
         ]
         heads = ("place", "frequency_Hz", "damping_lower_1/s", "damping_upper_1/s", "contact_work_1/s", "sum_1/s")
         made.append(("balance", heads, rows))
-    sensitivities = Sensitivities.of(result)
+    sensitivities = Sensitivities.from_result(result)
     if sensitivities is not None:
         rows = []
         for parameter, slopes in sensitivities.by.items():
@@ -120,7 +120,7 @@ def curve_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
     """Steady curving, creep curve and receptances."""
     made: list[tuple[str, Row, list[Row]]] = []
     if CreepCurve.present(result):
-        curve = CreepCurve.of(result)
+        curve = CreepCurve.from_result(result)
         growth = np.full(len(curve.creepage), np.nan) if curve.eigenvalue is None else curve.eigenvalue.real
         rows: list[Row] = list(zip(curve.creepage, *curve.force.T, curve.stick_share, growth, curve.status))
         head = (
@@ -134,11 +134,11 @@ def curve_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
         )
         made.append(("creep-curve", head, rows))
     if Curving.present(result):
-        made.append(("curving", CURVING_HEADS, curving_rows(Curving.of(result))))
+        made.append(("curving", CURVING_HEADS, curving_rows(Curving.from_result(result))))
     if CurvingRadii.present(result):
-        made.append(("curving-radii", RADII_HEADS, radii_rows(CurvingRadii.of(result))))
+        made.append(("curving-radii", RADII_HEADS, radii_rows(CurvingRadii.from_result(result))))
     if Receptances.present(result):
-        receptances = Receptances.of(result)
+        receptances = Receptances.from_result(result)
         entries = [f"{body}_{a}{b}" for body in receptances.bodies for a in "xyn" for b in "xyn"]
         heads = ["frequency_Hz", *(f"{entry}_{part}_m/N" for entry in entries for part in ("re", "im"))]
         made.append(("receptance", heads, receptance_rows(receptances)))
@@ -154,7 +154,7 @@ def sweep_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
     made: list[tuple[str, Row, list[Row]]] = []
     if not Sweep.present(result):
         return made
-    sweep = Sweep.of(result)
+    sweep = Sweep.from_result(result)
     count = len(sweep.status)
     keys = [
         f"{key}_{unit}" if (unit := result.units(f"sweep/values/{key}")) not in ("1", "-") else key
@@ -169,7 +169,7 @@ def sweep_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
     if spectra:
         made.append(("sweep-eigenvalues", ("point", *keys, "frequency_Hz", "growth_rate_1/s"), spectra))
     if Cycles.present(result):
-        cycles = Cycles.of(result)
+        cycles = Cycles.from_result(result)
         loudest = cycles.loudest()
         level = np.full(cycles.fate.shape, np.nan) if loudest is None else loudest
         rows: list[Row] = [
@@ -194,7 +194,7 @@ def transient_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
     """Forces and motions step by step, and the sound power in third octaves."""
     made: list[tuple[str, Row, list[Row]]] = []
     if History.present(result):
-        history = History.of(result)
+        history = History.from_result(result)
         columns = [history.time, *history.force.T, history.closed, history.stick]
         head = ["time_s", "force_x_N", "force_y_N", "force_z_N", "closed_nodes", "sticking_nodes"]
         if history.velocity is not None:
@@ -214,15 +214,15 @@ def transient_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
 
 def figure_rows(result: Result) -> list[Row]:
     """Key figures."""
-    return [(f.group, f.name, f.word or f.value, f.unit) for f in figures.of(result)]
+    return [(f.group, f.name, f.word or f.value, f.unit) for f in figures.figures_of_result(result)]
 
 
 def mode_rows(result: Result) -> list[Row]:
     """Free modes of the bodies."""
     rows: list[Row] = []
-    names = ModeNames.of(result)
+    names = ModeNames.from_result(result)
     for body in Modes.bodies(result):
-        table = Modes.of(result, body)
+        table = Modes.from_result(result, body)
         diameters = table.diameters if table.diameters is not None else [""] * len(table.frequency)
         columns = zip(table.frequency, table.residual, diameters, table.family, names.free[body])
         rows += [(body, k + 1, *row) for k, row in enumerate(columns)]
@@ -231,7 +231,7 @@ def mode_rows(result: Result) -> list[Row]:
 
 def complex_rows(result: Result, table: ComplexModes, unstable: bool) -> list[Row]:
     """Eigenvalues: the unstable ones, or all."""
-    names = ModeNames.of(result)
+    names = ModeNames.from_result(result)
     places = table.unstable if unstable else range(len(table.eigenvalue))
     columns = (table.frequency, table.growth_rate, table.damping_ratio, table.grows, table.oscillates)
     return [
@@ -252,10 +252,10 @@ def force_rows(result: Result) -> list[Row]:
         for number, force in enumerate(forces, 1):
             rows.append(("stability", f"contact {number}" if len(forces) > 1 else "", *force))
     if CreepCurve.present(result):
-        curve = CreepCurve.of(result)
+        curve = CreepCurve.from_result(result)
         rows += [("creep_curve", f"{curve.key} {c!r}", *f) for c, f in zip(curve.creepage.tolist(), curve.force)]
     if Sweep.present(result) and "sweep/force" in result:
-        sweep = Sweep.of(result)
+        sweep = Sweep.from_result(result)
         names = [", ".join(f"{key} {sweep.values[key][k]}" for key in sweep.keys) for k in range(len(sweep.status))]
         rows += [("sweep", name, *f) for name, f in zip(names, result.array("sweep/force"))]
     if "transient/force" in result:

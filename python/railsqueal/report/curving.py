@@ -30,7 +30,7 @@ def section(result: Result, drawn: list[str]) -> list[str]:
     """Axles and places of contact of a bogie in a curve, radii without equilibrium, and the pictures of both."""
     if not Curving.present(result):
         return []
-    curving = Curving.of(result)
+    curving = Curving.from_result(result)
     left = f"residual {curving.residual:.1e}, relative to the load of an axle"
     parts = ['<h2 id="curving">Curving</h2>', f"<p>{escape(curving.curve())}; {left}.</p>"]
     columns = (AXLES, curving.shift, curving.yaw, curving.angular_speed)
@@ -43,7 +43,7 @@ def section(result: Result, drawn: list[str]) -> list[str]:
         rows.append((wheel, *(form.format(factor * given[name]) for name, _, factor, form in CURVING_COLUMNS)))
     parts.append('<div class="wide">' + table(("wheel", *(head for _, head, *_ in CURVING_COLUMNS)), rows) + "</div>")
     if CurvingRadii.present(result):
-        radii = CurvingRadii.of(result)
+        radii = CurvingRadii.from_result(result)
         if len(radii.failed):
             failed, more = cut([(f"{radii.radius[k]:g}", radii.message[k]) for k in radii.failed])
             parts += ["<h3>Radii without equilibrium</h3>", table(("radius, m", "reason"), failed), more]

@@ -20,7 +20,7 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
     """A player for each body with sound power, or for the first point; levels in third octaves."""
     if not History.present(result):
         return []
-    points = History.of(result).points[:1]
+    points = History.from_result(result).points[:1]
     bodies = [b for b in BODIES.values() if f"transient/sound_power/{b}/mode_resistance" in result]
     parts, missing = [], []
     for name in bodies or points:

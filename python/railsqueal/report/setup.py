@@ -24,7 +24,7 @@ def section(result: Result) -> list[str]:
         names = body_words(job)
         heads = ("", *(f"{names[b]} ({b})" if names[b] != f"{b} body" else names[b] for b in BODIES.values()))
         parts.append(table(heads, bodies, kind="words"))
-    rows = [row for path in ("curve", "vehicle", "contact") for row in given(lookup(job, path), path)]
+    rows = [row for path in ("curve", "vehicle", "contact") for row in rows_of_keys(lookup(job, path), path)]
     rows = [row for row in rows if not placed_creepage(job, row)]
     analyses = [
         name.replace("_", " ") for name, inner in (lookup(job, "analyses", {}) or {}).items() if inner is not None
@@ -60,7 +60,7 @@ def bodies_table(result: Result) -> list[Row]:
 def damping_in_words(result: Result) -> dict[str, str]:
     """Damping of each body as the program has said it: `damping of upper: loss factors …`."""
     made = {}
-    for line in Provenance.of(result).damping:
+    for line in Provenance.from_result(result).damping:
         head, _, text = line.partition(": ")
         made.update({body: text for body in BODIES.values() if text and head.split()[-1] == body})
     return made
@@ -108,7 +108,7 @@ def named_quantity(path: str) -> Quantity:
     return Quantity(f"{found.name}, {index}", found.symbol, found.unit, found.factor) if index else found
 
 
-def given(about: Any, path: str) -> list[Row]:
+def rows_of_keys(about: Any, path: str) -> list[Row]:
     """Names and values with units of a part of the job; objects of friction laws stay one value."""
     if about is None:
         return []

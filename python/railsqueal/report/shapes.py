@@ -49,7 +49,7 @@ class Shapes:
     left_out: int
 
     @classmethod
-    def of(cls, result: Result, budget: int = BUDGET) -> "Shapes":
+    def from_result(cls, result: Result, budget: int = BUDGET) -> "Shapes":
         """Complex modes, the most unstable first, then free modes of each body, up to a number of bytes in the page."""
         surfaces: list[Surface] = []
         motions: list[Motion] = []
@@ -92,7 +92,7 @@ def complex_motions(result: Result, surfaces: list[Surface]) -> Iterator[Motion]
     path = result.companion("modes.vtkhdf")
     if not path.exists() or not ComplexModes.present(result):
         return
-    table, names = ComplexModes.of(result), ModeNames.of(result)
+    table, names = ComplexModes.from_result(result), ModeNames.from_result(result)
     with Fields(path) as fields:
         phase, place = (fields.table(f"modes/{name}") for name in ("phase", "eigenvalue"))
         surface, points = compact(Surface(fields.mesh.points, fields.mesh.surface()).near_contact())
@@ -116,7 +116,7 @@ def free_motions(result: Result, surfaces: list[Surface]) -> Iterator[Motion]:
     path = result.companion("free_modes.vtkhdf")
     if not path.exists():
         return
-    names = ModeNames.of(result)
+    names = ModeNames.from_result(result)
     with Fields(path) as fields:
         frequency, body, number = (fields.table(f"modes/{name}") for name in ("frequency", "body", "number"))
         for which in sorted(np.unique(body), key=lambda b: names.bodies[BODIES[int(b)]] != "wheel"):
@@ -170,7 +170,7 @@ def section(result: Result, room: int) -> list[str]:
     """The viewer with its data and its library in this many bytes; nothing where no shapes were written."""
     import matplotlib.pyplot as plt
 
-    shapes = Shapes.of(result, min(BUDGET, room - OVERHEAD))
+    shapes = Shapes.from_result(result, min(BUDGET, room - OVERHEAD))
     if not shapes.motions:
         return []
     colours = np.asarray(plt.get_cmap("viridis")(np.linspace(0, 1, COLOURS)))[:, :3]

@@ -24,7 +24,7 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
     """Squealing modes with their budget and cures, growth without oscillation, and the list of eigenvalues."""
     if not ComplexModes.present(result):
         return []
-    table_of, names = ComplexModes.of(result), ModeNames.of(result)
+    table_of, names = ComplexModes.from_result(result), ModeNames.from_result(result)
     parts = ['<h2 id="stability">Stability</h2>', counted(table_of)]
     parts += budget_part(result, table_of, names)
     if "growth-budget" in drawn:
@@ -70,7 +70,7 @@ def counted(table_of: ComplexModes) -> str:
 
 def budget_part(result: Result, table_of: ComplexModes, names: ModeNames) -> list[str]:
     """Parts of the growth rates by the single-mode criterion."""
-    budget = Budget.of(result)
+    budget = Budget.from_result(result)
     if budget is None:
         return []
     rows, marks = [], []
@@ -94,7 +94,7 @@ def budget_part(result: Result, table_of: ComplexModes, names: ModeNames) -> lis
 
 def balance_part(result: Result, table_of: ComplexModes, names: ModeNames) -> list[str]:
     """Energy balance of the complex modes that are written as motions."""
-    balance = Balance.of(result)
+    balance = Balance.from_result(result)
     if balance is None:
         return []
     rows = []
@@ -118,11 +118,11 @@ def cures_part(result: Result, table_of: ComplexModes, names: ModeNames) -> list
         return []
     rows = list(cure_rows(result, table_of, names, unstable.tolist()))
     head = ["frequency", "mode", "higher loss factor", "or, each by itself"]
-    if not Sensitivities.of(result):
+    if not Sensitivities.from_result(result):
         head, rows = head[:3], [row[:3] for row in rows]
     asked = (
         ""
-        if Sensitivities.of(result)
+        if Sensitivities.from_result(result)
         else " Other changes are listed with <code>analyses.stability.sensitivities</code>."
     )
     words = f"Linear estimates for each mode by itself: the smallest changes that bring its growth rate to zero.{asked}"
@@ -131,7 +131,7 @@ def cures_part(result: Result, table_of: ComplexModes, names: ModeNames) -> list
 
 def cure_rows(result: Result, table_of: ComplexModes, names: ModeNames, unstable: list[int]) -> Iterator[Row]:
     """A row for each squealing mode."""
-    slopes = Sensitivities.of(result)
+    slopes = Sensitivities.from_result(result)
     for place in unstable[:ROWS]:
         extra = extra_loss_factor(table_of, names, place)
         loss = (
@@ -150,14 +150,14 @@ def modes_section(result: Result) -> list[str]:
     bodies = Modes.bodies(result)
     if not bodies:
         return []
-    names = ModeNames.of(result)
+    names = ModeNames.from_result(result)
     parts = ['<h2 id="modes">Free modes</h2>']
     parts.append(
         "<p>Undamped modes of each body without contact. n is the number of nodal diameters; a number after the kind "
         "of motion counts, from 0, the modes of this kind with the same n.</p>"
     )
     for body in sorted(bodies, key=lambda b: names.bodies[b] != "wheel"):
-        rows, more = cut(list(mode_rows(Modes.of(result, body), names.free[body])))
+        rows, more = cut(list(mode_rows(Modes.from_result(result, body), names.free[body])))
         parts += [
             f"<h3>{escape(names.bodies[body].capitalize())}</h3>",
             table(("frequency, Hz", "mode", "relative residual"), rows),

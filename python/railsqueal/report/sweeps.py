@@ -14,7 +14,7 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
     """Points by falling growth rate, reasons of failed ones, and the pictures of the sweep."""
     if not Sweep.present(result):
         return []
-    sweep, names = Sweep.of(result), body_words(result.job)
+    sweep, names = Sweep.from_result(result), body_words(result.job)
     quantities = {key: quantity(key, result.units(f"sweep/values/{key}"), names) for key in sweep.keys}
     heads = tuple(q.axis for q in quantities.values())
 

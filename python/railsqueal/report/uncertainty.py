@@ -15,7 +15,7 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
     """The sentence, a table of modes, one of inputs, failed samples, and the pictures."""
     if not Uncertainty.present(result):
         return []
-    found = Uncertainty.of(result)
+    found = Uncertainty.from_result(result)
     quantities = {key: named(result, key) for key in found.keys}
     names = {key: q.name for key, q in quantities.items()}
     parts = ['<h2 id="uncertainty">Probability of squeal</h2>', f"<p>{escape(found.sentence(names))}</p>"]
@@ -69,7 +69,7 @@ def csv_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
     """All points, the modes, and the indices."""
     if not Uncertainty.present(result):
         return []
-    found = Uncertainty.of(result)
+    found = Uncertainty.from_result(result)
     unit = {key: result.units(f"uncertainty/values/{key}") for key in found.keys}
     keys = tuple(key if unit[key] in ("1", "-") else f"{key}_{unit[key]}" for key in found.keys)
     modes = tuple(f"growth_rate_of_{f:.0f}_Hz_1/s" for f in found.mode_frequency)

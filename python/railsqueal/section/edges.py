@@ -33,7 +33,7 @@ class Edge:
         found: Floats = self.curve.points(np.array([self.first + (self.last - self.first) * share]))[0]
         return found
 
-    def part(self, low: float, high: float) -> "Edge":
+    def between(self, low: float, high: float) -> "Edge":
         """The piece between two shares."""
         span = self.last - self.first
         return Edge(self.curve, self.first + span * low, self.first + span * high)

@@ -54,7 +54,7 @@ def triangulate(edges: list[Edge], size: float) -> PlaneMesh:
         low, high = (float((points[n] - start) @ chord / (chord @ chord)) for n in (a, b))
         if low > high:
             a, b, low, high = b, a, high, low
-        divided.append((a, b, edges[k].part(round(low, 9), round(high, 9))))
+        divided.append((a, b, edges[k].between(round(low, 9), round(high, 9))))
     for a, _, edge in divided:
         nodes[a] = edge.point(0.0)
     middles: dict[tuple[int, int], int] = {}

@@ -56,7 +56,7 @@ impl KeptBranches {
         let mut sum = Sha256::new();
         sum.update(env!("CARGO_PKG_VERSION"));
         sum.update(text(&json));
-        sum.update(checkpoint::identity(&Model::of(search.model.1, search.model.0)));
+        sum.update(checkpoint::identity(&Model::new(search.model.1, search.model.0)));
         let kept = Self { folder, common: sum.finalize().to_vec() };
         world.on_root(|| {
             std::fs::create_dir_all(&kept.folder).map_err(|e| fail(&kept.folder, &e))?;

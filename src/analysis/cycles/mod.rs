@@ -71,7 +71,7 @@ pub fn run(
     let transient = search.transient()?;
     let rolling = search.rolling(job, &transient)?;
     let ready = rolling.ready()?;
-    let (rest, _) = ready.begin(&ready.model(pair.1), &rolling)?;
+    let (rest, _) = ready.initial_state(&ready.model(pair.1), &rolling)?;
     let structure = Structure::new(ready.model(pair.1))?;
     let walker = Walker { search: &search, structure: &structure, kept: &kept, clock: &clock };
     let (starts, failed) = walker.starts(world, &candidates, run.progress)?;

@@ -29,7 +29,7 @@ impl Family for Search<'_> {
         let rolling = self.rolling(&job, &transient)?;
         let ready = rolling.ready()?;
         let model = ready.model(self.model.1);
-        let (_, settings) = ready.begin(&model, &rolling)?;
+        let (_, settings) = ready.initial_state(&model, &rolling)?;
         Ok(Conditions { settings, interface: ready.interface().clone() })
     }
 }
@@ -100,7 +100,7 @@ impl<'a> Search<'a> {
             range: [wanted.from, wanted.to],
             most: wanted.most as usize,
             longest: wanted.longest,
-            located: super::LOCATED,
+            located: Some(super::LOCATED),
             stability: wanted.stability,
         }
     }

@@ -1,5 +1,5 @@
-//! Cycles that branches begin with: marched from an unstable mode, small ones at a threshold of rest, or a cycle of an
-//! earlier result.
+//! Cycles that branches begin with: that of an unstable mode, by its amplitude or marched, small ones at a threshold of
+//! rest, or a cycle of an earlier result.
 
 use super::follow::Walker;
 use super::search::{is_local, Search};
@@ -7,12 +7,14 @@ use crate::case::limit_cycle_point::LimitCyclePoint;
 use crate::case::transient_problem::scale;
 use crate::cycles::branch::{solve, solve_under};
 use crate::cycles::corrector::Condition;
-use crate::cycles::{multipliers, BranchPoint, BranchState, ContactMemory};
+use crate::cycles::{cycle_of_mode, multipliers, BranchPoint, BranchState, ContactMemory, Family, GrowingMotion};
+use crate::job::StartsBy;
 use crate::output::datasets::branches::{EarlierCycle, Onset};
 use crate::output::Reader;
 use crate::parallel::World;
 use crate::transient::{Scheme, Settings, State, Stepper};
 use crate::{Error, Result};
+use faer::Mat;
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
@@ -163,21 +165,41 @@ struct Guess {
     memory: ContactMemory,
     /// True if the amplitude is held in the place of the key.
     small: bool,
+    /// Jacobian nearby, but for its column of the key.
+    jacobian: Option<Mat<f64>>,
 }
 
 impl Walker<'_, '_> {
-    /// Solves for the cycle of a candidate.
+    /// Solves for the cycle of a candidate; that of a mode is marched where the amplitude leads to none.
     pub(super) fn solve(&self, number: usize, candidate: &Candidate) -> Result<BranchStart> {
-        let guess = match &candidate.origin {
-            BranchOrigin::Mode { key, mode, .. } => self.marched(*key, *mode)?,
-            BranchOrigin::Threshold(onset) => self.at_threshold(onset)?,
-            BranchOrigin::Result(earlier) => self.earlier(earlier),
+        let (key, mode) = match &candidate.origin {
+            BranchOrigin::Threshold(onset) => return self.near(number, self.small_motion(onset.key, onset.mode)?.0),
+            BranchOrigin::Result(earlier) => return self.near(number, self.earlier(earlier)),
+            BranchOrigin::Mode { key, mode, .. } => (*key, *mode),
         };
-        let Guess { z, scale: [unit, omega, key], memory, small } = guess;
+        let march = || self.near(number, self.marched(key, mode)?);
+        if self.search.wanted.starts.by == StartsBy::March {
+            return march();
+        }
+        match self.grown(key, mode).and_then(|guess| self.near(number, guess)) {
+            Err(Error::NotConverged(why)) => march().map_err(|e| match e {
+                Error::NotConverged(other) => Error::NotConverged(format!("{why}; marched: {other}")),
+                e => e,
+            }),
+            found => found,
+        }
+    }
+
+    /// The cycle near `guess`.
+    fn near(&self, number: usize, guess: Guess) -> Result<BranchStart> {
+        let Guess { z, scale: [unit, omega, key], memory, small, mut jacobian } = guess;
         let mut equations = self.equations([unit, omega, key], memory);
         let mut u: Vec<f64> = z.iter().map(|z| z / unit).collect();
         u.extend([1.0, 0.0]);
-        let mut jacobian = None;
+        if let Some(j) = &mut jacobian {
+            equations.settle(&u)?;
+            equations.key_column(j, &u)?;
+        }
         let r = self.structure.rank();
         let mut ahead = vec![0.0; u.len()];
         let found = match small {
@@ -194,12 +216,7 @@ impl Walker<'_, '_> {
         }
         let key = equations.key_of(&found.u);
         let values = match self.search.wanted.stability {
-            true => Some(multipliers(
-                self.structure,
-                &crate::cycles::Family::at(self.search, key)?,
-                &found.cycle,
-                self.search.resolution(),
-            )?),
+            true => Some(multipliers(self.structure, &self.search.at(key)?, &found.cycle, self.search.resolution())?),
             false => None,
         };
         let Some(jacobian) = jacobian else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
@@ -210,6 +227,24 @@ impl Walker<'_, '_> {
             state = state.towards(ahead);
         }
         Ok(BranchStart { number, scale: [unit, omega, equations.key[0]], state })
+    }
+
+    /// The cycle that motions of growing amplitude along the mode of the rank `mode` end at.
+    fn grown(&self, key: f64, mode: usize) -> Result<Guess> {
+        let (Guess { z, scale: [unit, omega, _], memory, .. }, rate) = self.small_motion(key, mode)?;
+        let motions = GrowingMotion(self.search.at(key)?);
+        let mut equations = self.equations([unit, omega, rate], memory);
+        equations.family = &motions;
+        equations.key = [rate, rate];
+        let mut u: Vec<f64> = z.iter().map(|z| z / unit).collect();
+        u.extend([1.0, 0.0]);
+        let (cycle, mut jacobian) = cycle_of_mode(&mut equations, u)?;
+        // In the units of the cycle.
+        let (n, size, period) = (z.len(), equations.amplitude(&cycle.u), cycle.u[z.len()]);
+        (0..n).for_each(|i| jacobian[(i, n)] *= period / size);
+        let scale = [unit * size, omega * period, key];
+        let z = cycle.u[..n].iter().map(|u| u * unit).collect();
+        Ok(Guess { z, scale, memory: cycle.cycle.begin, small: false, jacobian: Some(jacobian) })
     }
 
     /// The motion that the mode of the rank `mode` leads to at `key`, marched.
@@ -225,7 +260,7 @@ impl Walker<'_, '_> {
         let rolling = search.rolling(&job, &transient)?;
         let ready = rolling.ready()?;
         let model = ready.model(search.model.1);
-        let (mut state, settings) = ready.begin(&model, &rolling)?;
+        let (mut state, settings) = ready.initial_state(&model, &rolling)?;
         state.q.iter_mut().zip(&motion.q).for_each(|(q, d)| *q += d);
         state.v.iter_mut().zip(&motion.v).for_each(|(v, d)| *v += d);
         let resolution = search.resolution();
@@ -238,22 +273,22 @@ impl Walker<'_, '_> {
         let z = structure.follow(&mut stepper, resolution)?;
         let unit = z[structure.rank()..].iter().map(|z| z * z).sum::<f64>().sqrt();
         let memory = memory_of(stepper.state());
-        Ok(Guess { z, scale: [unit, 2.0 * PI / motion.period, key], memory, small: false })
+        Ok(Guess { z, scale: [unit, 2.0 * PI / motion.period, key], memory, small: false, jacobian: None })
     }
 
-    /// The small motion along the mode that neither grows nor decays at a threshold of rest.
-    fn at_threshold(&self, onset: &Onset) -> Result<Guess> {
+    /// The small motion along the mode of the rank `mode` at `key`, and its growth rate, 1/s: 0 at a threshold of rest.
+    fn small_motion(&self, key: f64, mode: usize) -> Result<(Guess, f64)> {
         let (search, structure) = (self.search, self.structure);
-        let found = search.with_problem(onset.key, |problem| problem.analyse())?;
-        let mode = found.spectrum.eigenpairs.iter().filter(|e| e.frequency() > 0.0).nth(onset.mode);
+        let found = search.with_problem(key, |problem| problem.analyse())?;
+        let mode = found.spectrum.eigenpairs.iter().filter(|e| e.frequency() > 0.0).nth(mode);
         let Some(mode) = mode else {
-            return Err(Error::NotConverged("limit cycles: the mode of the threshold is not found again".into()));
+            return Err(Error::NotConverged("limit cycles: the mode of rest is not found again".into()));
         };
-        let job = search.job_at(onset.key)?;
+        let job = search.job_at(key)?;
         let transient = search.transient()?;
         let rolling = search.rolling(&job, &transient)?;
         let ready = rolling.ready()?;
-        let (rest, _) = ready.begin(&ready.model(search.model.1), &rolling)?;
+        let (rest, _) = ready.initial_state(&ready.model(search.model.1), &rolling)?;
         // The motion at which a node at the contact reaches the velocity of the creepage.
         let omega = mode.value.im.abs();
         let creepage = rolling.contact.creepage;
@@ -269,7 +304,8 @@ impl Walker<'_, '_> {
         z.extend(first.iter().map(|z| SMALL * z.re));
         z.extend(first.iter().map(|z| -SMALL * z.im));
         z.resize(structure.rank() * (2 * search.resolution().harmonics + 1), 0.0);
-        Ok(Guess { z, scale: [unit, omega, onset.key], memory: memory_of(&rest), small: true })
+        let memory = memory_of(&rest);
+        Ok((Guess { z, scale: [unit, omega, key], memory, small: true, jacobian: None }, mode.value.re))
     }
 
     /// A cycle of an earlier result, as the modes of this job have it.
@@ -290,7 +326,7 @@ impl Walker<'_, '_> {
             friction: earlier.friction.clone(),
             motions: vec![earlier.approach],
         };
-        Guess { z, scale: [unit, omega, earlier.key], memory, small: false }
+        Guess { z, scale: [unit, omega, earlier.key], memory, small: false, jacobian: None }
     }
 }
 

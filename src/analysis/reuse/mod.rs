@@ -1,6 +1,6 @@
 //! Reuse of the reduced model of an earlier run whose bodies are the same.
 
-pub mod shapes;
+pub(crate) mod shapes;
 
 use crate::body::{Side, TraceModes};
 use crate::case::bodies::Bodies;
@@ -83,7 +83,7 @@ pub fn read(file: &Path, job: &Job) -> Result<Reused> {
         Some(_) => return refuse("contact.compliance is \"half_space\": there is nothing to spare"),
         None => return refuse("the job has no contact"),
     }
-    if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) && shapes::kept(file).is_none() {
+    if job.analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) && shapes::shape_file(file).is_none() {
         return refuse(
             "analyses.stability.full needs the finite elements and whole mode shapes, which the file \
          has not; leave one of the two out",

@@ -20,11 +20,11 @@ const SAME_DOUBLE: f64 = 1e-12;
 
 /// The file with the mode shapes that belongs to the result file `reused`.
 pub fn file(reused: &Path) -> PathBuf {
-    kept(reused).unwrap_or_else(|| companion(reused, "free_modes.vtkhdf"))
+    shape_file(reused).unwrap_or_else(|| companion(reused, "free_modes.vtkhdf"))
 }
 
 /// Shape file of a run that did not come to its end, whose model is the file `reused`, where there is one.
-pub fn kept(reused: &Path) -> Option<PathBuf> {
+pub fn shape_file(reused: &Path) -> Option<PathBuf> {
     Some(companion(reused, "shapes.h5")).filter(|path| path.is_file())
 }
 
@@ -32,7 +32,7 @@ pub fn kept(reused: &Path) -> Option<PathBuf> {
 pub fn of_unfinished(options: &RunOptions) -> Option<PathBuf> {
     let own = companion(&options.output, SHAPES);
     let own = Some(own).filter(|path| options.resume && path.is_file());
-    own.or_else(|| options.reuse.as_deref().and_then(kept))
+    own.or_else(|| options.reuse.as_deref().and_then(shape_file))
 }
 
 /// Collective: gives each of [`Bodies::unique`] its mode shapes from the `file` of the run that gave the `modes` of

@@ -3,7 +3,7 @@
 //! model.
 
 use super::outcome::LISTED;
-use super::sound::Heard;
+use super::sound::SoundSetup;
 use super::{goes_on, point_of};
 use crate::analysis::radiation::Sounding;
 use crate::case::interface::points as points_of;
@@ -71,7 +71,7 @@ pub(super) struct Following<'a> {
 
 /// Results of one rank, on their way to rank 0.
 #[derive(Default)]
-pub(super) struct Mine {
+pub(super) struct RankResults {
     /// [branch, point, how many, numbers of the cycle …] of each point one after the other.
     pub(super) rows: Vec<f64>,
     /// Reasons of points that were not computed: "branch point why", each closed by a zero.
@@ -84,22 +84,22 @@ pub(super) struct All {
     /// Why some were not computed.
     pub(super) failed: Vec<(usize, usize, String)>,
     /// Recorder of the sound; none where no sound is asked for.
-    heard: Option<Heard>,
+    heard: Option<SoundSetup>,
 }
 
 impl All {
     /// None of them yet.
-    pub(super) fn of(plan: &SweepPlan, cycles: &Cycles) -> Self {
+    pub(super) fn new(plan: &SweepPlan, cycles: &Cycles) -> Self {
         Self { cycles: vec![None; cycles.branches.len() * plan.points.len()], failed: Vec::new(), heard: None }
     }
 
     /// The cycles of a model are heard.
     pub(super) fn hears(&mut self, sounding: &Sounding) {
-        self.heard = Some(Heard::with(self.heard.take(), sounding));
+        self.heard = Some(SoundSetup::with(self.heard.take(), sounding));
     }
 
     /// Takes what the ranks found of `points` points.
-    pub(super) fn take(&mut self, rows: &[f64], text: &[u8], points: usize) -> Result<()> {
+    pub(super) fn collect(&mut self, rows: &[f64], text: &[u8], points: usize) -> Result<()> {
         let torn = || Error::Defect("limit cycles were torn on their way".into());
         let mut rest = rows;
         while let [branch, point, length, after @ ..] = rest {
@@ -126,8 +126,8 @@ impl Following<'_> {
         model: &mut SharedModel,
         chains: &[Chain],
         progress: &mut Progress,
-    ) -> Result<Mine> {
-        let mut found = Mine::default();
+    ) -> Result<RankResults> {
+        let mut found = RankResults::default();
         let mine: Vec<&Chain> = chains.iter().skip(world.rank).step_by(world.size).collect();
         let total: usize = mine.iter().map(|c| c.points.len()).sum();
         let mut done = 0;
@@ -178,7 +178,7 @@ impl Following<'_> {
             None => model.interface.clone(),
         };
         let pair = model.pair(job)?;
-        let heard = self.sounding.map(Sounding::heard);
+        let heard = self.sounding.map(Sounding::quantities);
         let attempt = LimitCyclePoint { job, cycles: self.cycles, model: (&interface, pair), heard, mode: 0 };
         history.update(attempt.identity(branch)?);
         let kept = PointCache {
@@ -230,7 +230,7 @@ pub(super) fn report(
         summary.value(&format!("limit cycles, {name}"), text);
         for i in (0..points).filter(|&i| branch[i].fate > 0 && points <= LISTED) {
             let level =
-                heard.as_ref().and_then(|h| h.of(&branch[i])).map_or(String::new(), |(_, text)| format!(", {text}"));
+                heard.as_ref().and_then(|h| h.level(&branch[i])).map_or(String::new(), |(_, text)| format!(", {text}"));
             summary.value(&format!("  {}", plan.place(i)), format!("{:.3} Hz{level}", branch[i].frequency));
         }
         let loudest = (0..points)

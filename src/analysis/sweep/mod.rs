@@ -117,7 +117,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     groups.retain(|(_, members)| members.iter().any(|&i| done[i] == 0));
     let folder = cycles::folder(&run.options.output);
     let wanted = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
-    let mut followed = wanted.map(|w| (w, All::of(plan, w)));
+    let mut followed = wanted.map(|w| (w, All::new(plan, w)));
     let heard = wanted.and_then(|w| w.sound_power.as_ref().map(|s| (w, s)));
     if followed.is_some() {
         let fail = |e| Error::Io(format!("{}: cannot make the folder of the limit cycles: {e}", folder.display()));
@@ -196,7 +196,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             let following = Following { cycles: wanted, points: &points, folder: &folder, sounding, stop: run.stop };
             let mine = world.agree(following.all(world, model, &chains, run.progress))?;
             let (rows, text) = (world.gather(&mine.rows), world.gather(mine.text.as_bytes()));
-            world.on_root(|| found.take(&rows, &text, plan.points.len()))?;
+            world.on_root(|| found.collect(&rows, &text, plan.points.len()))?;
             if run.stop.wanted(world) {
                 return Err(Error::Stopped(format!(
                     "stopped on request among the limit cycles; those that are done are kept in {}, and the \

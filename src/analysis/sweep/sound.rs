@@ -7,17 +7,17 @@ use crate::sound::power::ThirdOctaves;
 use crate::sound::{pressure_level, Air, Bands};
 
 /// The bodies that are heard, and the third octaves: those of the model whose modes reach furthest.
-pub(super) struct Heard {
+pub(super) struct SoundSetup {
     bodies: Vec<&'static str>,
     bands: Bands,
     air: Air,
 }
 
-impl Heard {
+impl SoundSetup {
     /// Takes another model.
     pub(super) fn with(before: Option<Self>, sounding: &Sounding) -> Self {
         match before {
-            Some(before) if before.bands.end() >= sounding.bands().end() => before,
+            Some(before) if before.bands.highest() >= sounding.bands().highest() => before,
             _ => Self { bodies: sounding.names(), bands: sounding.bands(), air: sounding.air() },
         }
     }
@@ -40,13 +40,13 @@ impl Heard {
     /// Returns the number of the loudest of `cycles` and its line of the summary.
     pub(super) fn loudest(&self, cycles: &[Cycle]) -> Option<(usize, String)> {
         let moving = (0..cycles.len()).filter(|&i| cycles[i].fate > 0);
-        let all = moving.filter_map(|i| self.of(&cycles[i]).map(|(level, text)| (i, level, text)));
+        let all = moving.filter_map(|i| self.level(&cycles[i]).map(|(level, text)| (i, level, text)));
         all.max_by(|x, y| x.1.total_cmp(&y.1)).map(|(i, _, text)| (i, text))
     }
 
     /// The A-weighted level of the louder body, dB re 1 pW, and what the summary says of it; none where it was not
     /// computed.
-    pub(super) fn of(&self, cycle: &Cycle) -> Option<(f64, String)> {
+    pub(super) fn level(&self, cycle: &Cycle) -> Option<(f64, String)> {
         let levels = (0..self.bodies.len()).map(|b| (b, self.levels(b, cycle))).filter(|l| l.1[1].is_finite());
         let (body, [linear, weighted]) = levels.max_by(|x, y| x.1[1].total_cmp(&y.1[1]))?;
         let (name, far) = (self.bodies[body], pressure_level(self.air, weighted));

@@ -168,7 +168,7 @@ mod tests {
     fn times_follow_one_another_across_segments() {
         let folder = tempfile::tempdir().expect("a folder");
         let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
-        segments.begin(serde_json::Value::Null).expect("a run");
+        segments.start_run(serde_json::Value::Null).expect("a run");
         let row = |k: usize| (vec![k as f64, -(k as f64)], (0..3).map(|c| (3 * k + c) as f64).collect::<Vec<f64>>());
         let ends = [0, 7, 7, 30, 35, 37];
         for (number, w) in ends.windows(2).enumerate() {

@@ -2,7 +2,7 @@
 
 mod fields;
 mod full;
-pub mod kept;
+pub(crate) mod kept;
 mod points;
 mod sound;
 mod time_loop;
@@ -239,7 +239,7 @@ fn advance(
     let surface = rough(inputs.job, interface)?;
     let identity = roughness::identity(checkpoint::identity(&model), surface.as_ref());
     let resumed = if inputs.options.resume { Some(Checkpoint::last(segments)?) } else { None };
-    let (rest, settings) = ready.begin(&model, &rolling)?;
+    let (rest, settings) = ready.initial_state(&model, &rolling)?;
     let begin = |state: State| -> Result<Stepper<'_>> {
         let stepper = Stepper::new(model, settings, state)?;
         let stepper = match rolling.augmentation() {

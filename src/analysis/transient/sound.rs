@@ -1,7 +1,7 @@
 //! Sound power of the bodies, from the modal amplitudes that the segments keep.
 
 use super::Inputs;
-use crate::analysis::radiation::{self, bands_within, Channels, Given};
+use crate::analysis::radiation::{self, bands_within, Channels, RadiationInput};
 use crate::analysis::run::Run;
 use crate::body::Side;
 use crate::case::rail::extruded;
@@ -30,15 +30,15 @@ pub struct Sound<'a> {
     /// Time between them, s.
     interval: f64,
     /// The radiation of the bodies' modes, by their index in `Bodies::unique`; on rank 0.
-    given: BTreeMap<usize, Given>,
+    given: BTreeMap<usize, RadiationInput>,
 }
 
 /// Checks that need no mesh: a run too short for the lowest third octave.
 pub fn check(wanted: &job::Transient) -> Result<()> {
     let Some(sound) = &wanted.sound_power else { return Ok(()) };
-    let lowest = Bands::of(sound.min_frequency, sound.min_frequency);
+    let lowest = Bands::spanning(sound.min_frequency, sound.min_frequency);
     // A few samples are lost at the ends of the record.
-    let sample = wanted.step.max(1.0 / (radiation::SAMPLES * lowest.end()));
+    let sample = wanted.step.max(1.0 / (radiation::SAMPLES * lowest.highest()));
     let needed = resolving_time(sound.min_frequency) + 4.0 * sample;
     let there = wanted.duration - begin(wanted, sound);
     if there < needed {
@@ -93,7 +93,7 @@ impl<'a> Sound<'a> {
     /// Collective: how the modes radiate.
     fn radiate(&mut self, world: &World, inputs: &Inputs<'_>) -> Result<()> {
         for b in self.bodies(inputs) {
-            self.given.insert(b, Given::of(world, inputs.bodies, b, (self.bands, self.air))?);
+            self.given.insert(b, RadiationInput::new(world, inputs.bodies, b, (self.bands, self.air))?);
         }
         Ok(())
     }
@@ -108,11 +108,11 @@ impl<'a> Sound<'a> {
     }
 
     /// The radiation as tables of the first segment.
-    pub fn kept(&self) -> Vec<Table> {
+    pub fn tables(&self) -> Vec<Table> {
         let table = |b: usize, name: &str, units: &str, text: &str, values: &[f64]| {
             Table::list(&format!("/checkpoint/sound/{b}/{name}"), units, text, values)
         };
-        let of = |(&b, given): (&usize, &Given)| {
+        let of = |(&b, given): (&usize, &RadiationInput)| {
             let text = "Radiation resistances of the modes at these frequencies.";
             [
                 table(b, "frequency", "Hz", "Frequencies at which the radiation is known.", &given.grid),
@@ -136,13 +136,13 @@ impl<'a> Sound<'a> {
             // a plane wave.
             let (each, planes) = if rail { (2 * m * m, grid.len()) } else { (m * m, 1) };
             // Of the same bands, whose ends are the first and the last frequency.
-            let ends = [(grid.first(), self.bands.begin()), (grid.last(), self.bands.end())];
+            let ends = [(grid.first(), self.bands.lowest()), (grid.last(), self.bands.highest())];
             let same = ends.into_iter().all(|(found, end)| found.is_some_and(|f| (f / end - 1.0).abs() < 1e-9));
             if !same || grid.len() < 2 || plane.len() != planes * each || resistances.len() != grid.len() * each {
                 let name = file.path().display();
                 return Err(Error::Input(format!("--resume: {name}: it has the radiation of other modes or bands")));
             }
-            self.given.insert(b, Given { grid, resistances, plane });
+            self.given.insert(b, RadiationInput { grid, resistances, plane });
         }
         Ok(())
     }
@@ -162,7 +162,7 @@ impl<'a> Sound<'a> {
         for &(name, body) in inputs.places {
             let m = inputs.modes[body].omega.len();
             let side = Side::named(name).ok_or_else(|| Error::Defect(format!("no side is called {name}")))?;
-            let channels = Channels::of(is_rail(inputs.job, name), side, (first..first + m, all));
+            let channels = Channels::new(is_rail(inputs.job, name), side, (first..first + m, all));
             if let Some(given) = self.given.get(&body) {
                 radiation.insert(body, given.within(channels.columns.len(), self.bands));
             }

@@ -60,7 +60,7 @@ impl TimeLoop<'_, '_> {
         // Nothing is left behind by a run that cannot begin.
         match begun {
             Some(_) => segments.go_on(inputs.given.to_json())?,
-            None => segments.begin(inputs.given.to_json())?,
+            None => segments.start_run(inputs.given.to_json())?,
         }
         let kept = |stepper: &Stepper<'_>| -> Result<Vec<Table>> {
             let mut tables = checkpoint::tables(stepper.state(), identity, inputs.given)?;
@@ -76,8 +76,8 @@ impl TimeLoop<'_, '_> {
         if begun.is_none() {
             let mut tables = kept(&stepper)?;
             tables.extend(keep);
-            tables.extend(points.kept());
-            tables.extend(sound.map(|s| s.kept()).unwrap_or_default());
+            tables.extend(points.checkpoint_tables());
+            tables.extend(sound.map(|s| s.tables()).unwrap_or_default());
             segments.write(0, &tables)?;
             if let Some(file) = inputs.kept {
                 let _ = std::fs::remove_file(file);
@@ -87,8 +87,8 @@ impl TimeLoop<'_, '_> {
         while stepper.state().step < total {
             let result = stepper.advance();
             if result.is_ok() {
-                recorder.take(&stepper);
-                account.take(
+                recorder.record_step(&stepper);
+                account.record_step(
                     stepper.state().step,
                     stepper.report(),
                     stepper.state().energy.kinetic,

@@ -57,7 +57,7 @@ impl Account {
 
     /// Takes a step: its number, what it found, the kinetic energy after it (J), and the velocities of the points,
     /// m/s, `[3p]`.
-    pub(super) fn take(&mut self, number: u64, report: &StepReport, kinetic: f64, points: &[f64]) {
+    pub(super) fn record_step(&mut self, number: u64, report: &StepReport, kinetic: f64, points: &[f64]) {
         if self.last.len() == LAST {
             self.last.pop_front();
         }
@@ -235,7 +235,12 @@ mod tests {
             let amplitude = (1e-3 * (rate * t).exp()).min(1.0);
             let phase = 2.0 * PI * frequency * t;
             let force = [1.0, -100.0 + amplitude * (phase.sin() + 0.3 * (2.0 * phase).cos()), -500.0];
-            account.take(n, &report(force, 4), (amplitude * phase.cos()).powi(2), &[0.0, amplitude * phase.sin(), 0.0]);
+            account.record_step(
+                n,
+                &report(force, 4),
+                (amplitude * phase.cos()).powi(2),
+                &[0.0, amplitude * phase.sin(), 0.0],
+            );
         }
         let growth = account.growth().unwrap();
         assert!((growth.rate - rate).abs() < 0.01 * rate && growth.apart < 0.01, "{growth:?}");
@@ -260,18 +265,19 @@ mod tests {
         let mut account = Account::new(1e-4, 100, 5100);
         for n in 101..=5100u64 {
             let t = n as f64 * 1e-4;
-            account.take(n, &report([0.0, 7.0, -1.0], 10), (-2.0 * 3.0 * t).exp(), &[]);
+            account.record_step(n, &report([0.0, 7.0, -1.0], 10), (-2.0 * 3.0 * t).exp(), &[]);
         }
         let growth = account.growth().unwrap();
         assert!((growth.rate + 3.0).abs() < 1e-9 && (growth.span[0] - 0.01).abs() < 1e-12, "{growth:?}");
         assert!(lines(&[7.0; 100], 1e-4).unwrap().is_empty());
         // A cycle that has been reached does not grow.
         let mut cycle = Account::new(1e-4, 0, 5000);
-        (1..=5000u64).for_each(|n| cycle.take(n, &report([0.0; 3], 0), 1.0 + 0.5 * (-0.01 * n as f64).exp(), &[]));
+        (1..=5000u64)
+            .for_each(|n| cycle.record_step(n, &report([0.0; 3], 0), 1.0 + 0.5 * (-0.01 * n as f64).exp(), &[]));
         assert_eq!(cycle.growth(), None);
         // Too short to say anything of growth; and nothing at all.
         let mut short = Account::new(1e-4, 0, 3);
-        short.take(1, &report([0.0; 3], 0), 1.0, &[]);
+        short.record_step(1, &report([0.0; 3], 0), 1.0, &[]);
         assert_eq!(short.growth(), None);
         let mut summary = Summary::default();
         Account::new(1e-4, 0, 0).report(&[], &mut summary).unwrap();

@@ -8,7 +8,7 @@
 
 use super::dofs::Dof;
 use super::entries::{Labels, Listing};
-use super::numbers::{real, whole};
+use super::numbers::{integer, real};
 use super::{select, Fault, Labelled, Parsed};
 use crate::input::text::{excerpt, lines};
 
@@ -202,7 +202,7 @@ fn header(card: &Card, name: &str) -> Result<Listing, String> {
 
 /// A point and its component; blank and 0 are those of a scalar point.
 fn dof(point: &str, component: &str) -> Result<Dof, String> {
-    if whole(point, "a point")? < 0 {
+    if integer(point, "a point")? < 0 {
         return Err(format!("found the point {point}, expected one above 0"));
     }
     Dof::from_words(point, if component.is_empty() { "0" } else { component }, 0)

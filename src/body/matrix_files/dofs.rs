@@ -1,6 +1,6 @@
 //! Degrees of freedom of rows: node and direction, and the files that list them.
 
-use super::numbers::{index, whole};
+use super::numbers::{index, integer};
 use super::{Fault, Parsed, MAX_ORDER};
 use crate::input::text::{decode, excerpt, lines};
 use crate::{Error, Result};
@@ -29,11 +29,11 @@ const NAMES: [&str; 7] = ["scalar", "x", "y", "z", "rx", "ry", "rz"];
 impl Dof {
     /// From a node and a direction, by their words.
     pub(super) fn from_words(node: &str, direction: &str, least: u8) -> std::result::Result<Self, String> {
-        let node = whole(node, "a node")?;
+        let node = integer(node, "a node")?;
         if node == 0 {
             return Err("found the node 0, expected a node number that is not 0".into());
         }
-        let direction = match whole(direction, "a direction")? {
+        let direction = match integer(direction, "a direction")? {
             d if (i64::from(least)..=6).contains(&d) => d as u8,
             d => {
                 return Err(format!(

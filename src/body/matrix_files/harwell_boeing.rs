@@ -3,7 +3,7 @@
 //! triangle) or skew (RZA). Patterns, complex and elemental matrices are refused; right-hand sides are passed over.
 
 use super::entries::{assemble, Entry, Listing};
-use super::numbers::{columns, real, whole};
+use super::numbers::{columns, integer, real};
 use super::{Fault, Labelled, Parsed, MAX_ORDER};
 use crate::input::text::{excerpt, lines};
 
@@ -91,7 +91,7 @@ fn header(all: &[(usize, &str)]) -> Parsed<Header> {
         let found = all.get(k).map(|l| l.1);
         found.ok_or_else(|| Fault::new(all.len(), "the file ends within the header of four lines; it is truncated"))
     };
-    let count = |k: usize, from: usize, what: &str| match whole(columns(line(k)?, from, 14), what) {
+    let count = |k: usize, from: usize, what: &str| match integer(columns(line(k)?, from, 14), what) {
         Ok(n) if (0..=1 << 40).contains(&n) => Ok(n as usize),
         Ok(n) => Err(Fault::new(k + 1, format!("found {n}, expected {what}"))),
         Err(what) => Err(Fault::new(k + 1, what)),
@@ -146,7 +146,7 @@ pub(super) fn parse(text: &str) -> Parsed<Labelled> {
         return Err(Fault::new(3, what));
     }
     let mut data = Data { lines: all.get(head.lines..).unwrap_or_default().to_vec(), next: 0 };
-    let number = |word: &str| whole(word, "a number");
+    let number = |word: &str| integer(word, "a number");
     let pointers = data.words(head.order + 1, (head.layouts[0], head.cards[0], "pointers"), number)?;
     let rises = pointers.windows(2).all(|w| w[0] <= w[1]);
     if pointers.first() != Some(&1) || pointers.last() != Some(&(head.entries as i64 + 1)) || !rises {

@@ -21,7 +21,7 @@ pub(super) fn real(word: &str) -> Result<f64, String> {
 }
 
 /// A whole number.
-pub(super) fn whole(word: &str, what: &str) -> Result<i64, String> {
+pub(super) fn integer(word: &str, what: &str) -> Result<i64, String> {
     let word = word.trim();
     word.parse()
         .map_err(|_| format!("found \"{}\", expected {what}, a whole number", crate::input::text::excerpt(word)))
@@ -29,7 +29,7 @@ pub(super) fn whole(word: &str, what: &str) -> Result<i64, String> {
 
 /// A row or a column of a matrix, 0-based, from a number that counts from 1.
 pub(super) fn index(word: &str, what: &str) -> Result<usize, String> {
-    match whole(word, what)? {
+    match integer(word, what)? {
         i if (1..=super::MAX_ORDER as i64).contains(&i) => Ok(i as usize - 1),
         i => Err(format!("found the {what} {i}, expected one of 1 to {}", super::MAX_ORDER)),
     }
@@ -62,7 +62,7 @@ mod tests {
         for word in ["", "nan", "inf", "1e999", "1,5", "0x1", "1.0.0", "1e5e5", "--1", "*****", "infinity", "1_0"] {
             assert!(real(word).is_err(), "{word}");
         }
-        assert!(whole("1.0", "a node").is_err() && whole("12", "a node") == Ok(12));
+        assert!(integer("1.0", "a node").is_err() && integer("12", "a node") == Ok(12));
         assert!(index("0", "row").is_err() && index("3", "row") == Ok(2));
     }
 }

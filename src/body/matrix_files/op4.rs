@@ -4,7 +4,7 @@
 //! The layout is that which pyYeti and pyNastran read. Rows have no map: the file numbers them.
 
 use super::entries::{assemble, Entry, Listing};
-use super::numbers::{columns, real, whole};
+use super::numbers::{columns, integer, real};
 use super::{select, Fault, Labelled, Parsed, MAX_ORDER};
 use crate::input::text::{excerpt, lines};
 
@@ -165,7 +165,7 @@ fn head(cursor: &mut Cursor) -> Parsed<(Header, (usize, usize))> {
             "found a matrix with sizes of 16 columns (I16), expected 8; write a matrix of fewer rows".into(),
         ));
     }
-    let count = |k: usize, what: &str| whole(columns(line, 8 * k, 8), what).map_err(fault);
+    let count = |k: usize, what: &str| integer(columns(line, 8 * k, 8), what).map_err(fault);
     let header = Header {
         columns: count(0, "the number of columns")?,
         rows: count(1, "the number of rows")?,
@@ -197,7 +197,7 @@ fn body(cursor: &mut Cursor, header: &Header, layout: (usize, usize), wanted: bo
     loop {
         let (number, line) = cursor.line("the column that ends the matrix")?;
         let fault = |what: String| Fault::new(number, what);
-        let count = |k: usize, what: &str| whole(columns(line, 8 * k, 8), what).map_err(fault);
+        let count = |k: usize, what: &str| integer(columns(line, 8 * k, 8), what).map_err(fault);
         let (column, row) = (count(0, "a column")?, count(1, "the first row")?);
         let mut words = count(2, "the number of words")?;
         if column > header.columns {
@@ -232,7 +232,7 @@ fn body(cursor: &mut Cursor, header: &Header, layout: (usize, usize), wanted: bo
                 false => vec![line],
             }
             .into_iter()
-            .map(|w| whole(w, "the place of a string").map_err(fault))
+            .map(|w| integer(w, "the place of a string").map_err(fault))
             .collect::<Parsed<_>>()?;
             let (length, first, used) = string(header.words(), &head).map_err(fault)?;
             words -= used;

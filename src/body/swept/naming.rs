@@ -2,7 +2,7 @@
 
 use super::Member;
 use crate::body::ModeLabel;
-use crate::swept::Seen;
+use crate::swept::ContactModeData;
 use std::collections::BTreeMap;
 
 /// Component with the largest motion: names of U, V and W.
@@ -10,7 +10,7 @@ const KINDS: [&str; 3] = ["radial", "circumferential", "axial"];
 
 /// Kind of the mode `k` of an order: its component with the largest motion; of a wheelset symmetric or antisymmetric
 /// about its middle as well, where modes of order 1 bend the axle and the circumferential ones of order 0 twist it.
-fn kind(seen: &Seen, k: usize) -> String {
+fn kind(seen: &ContactModeData, k: usize) -> String {
     let shares = &seen.shares[k];
     let largest = (0..3).max_by(|&a, &b| shares[a].total_cmp(&shares[b])).unwrap_or(0);
     let parity = match seen.parity[k] {
@@ -27,8 +27,8 @@ fn kind(seen: &Seen, k: usize) -> String {
 }
 
 /// Names of the modes of all orders: what moves most, numbered from 0 within an order, by frequency.
-pub(super) fn names(all: &[Seen], list: &[Member]) -> Vec<ModeLabel> {
-    let of = |seen: &Seen| -> Vec<ModeLabel> {
+pub(super) fn names(all: &[ContactModeData], list: &[Member]) -> Vec<ModeLabel> {
+    let of = |seen: &ContactModeData| -> Vec<ModeLabel> {
         let kinds: Vec<String> = (0..seen.omega.len()).map(|k| kind(seen, k)).collect();
         let number = |k: usize| kinds[..k].iter().filter(|own| **own == kinds[k]).count();
         let label = |k: usize| ModeLabel { order: seen.order as u32, family: format!("{} {}", kinds[k], number(k)) };

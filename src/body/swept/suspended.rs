@@ -99,7 +99,7 @@ mod tests {
     use super::*;
     use crate::fem::Material;
     use crate::swept::modes::of_order;
-    use crate::swept::{Bearing, Given, Seen, Wheel, WheelShape};
+    use crate::swept::{Bearing, ContactModeData, SectionSource, Wheel, WheelShape};
     use std::f64::consts::PI;
 
     /// On soft springs with k_x ≠ k_z a wheelset heaves with √(2k_z/m), moves along the track with √(2k_x/m), rolls
@@ -108,7 +108,7 @@ mod tests {
     fn springs_that_differ_split_the_families() {
         let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
         let shape = WheelShape::w920s_wheelset();
-        let given = Given::Wheel(Wheel { shape, offset: 0.0, height: None, mirrored: true });
+        let given = SectionSource::Wheel(Wheel { shape, offset: 0.0, height: None, mirrored: true });
         let section = given.for_modes().unwrap();
         let [mass, _, _, diametral] = section.inertia(steel);
         let (along, vertical) = (9e3, 4e3);
@@ -116,7 +116,7 @@ mod tests {
         let bearings = given.bearings(&section, &[at(-1.0), at(1.0)]).unwrap();
         let forms = Forms::new(section, steel, &[]).unwrap().on_bearings(&bearings);
         let modes = of_order(&forms, 1, 2.0 * PI * 1500.0).unwrap();
-        let all = [Seen::of(&forms, &modes, &[], None)];
+        let all = [ContactModeData::new(&forms, &modes, &[], None)];
         let list = members(&all);
         let found = recombined(&forms, &list).unwrap().unwrap();
         let mut wanted = [(vertical, mass, 0), (along, mass, 1), (vertical, diametral, 0), (along, diametral, 1)]

@@ -7,7 +7,7 @@
 //! R_n = ∫ N_nᵀ max(0, N_n (H⁻¹R_n − ρ_n g)),   R_t = ∫ N_tᵀ Proj(N_t (H⁻¹R_t − ρ_t ṡ)),
 //!
 //! the disc of the second having the radius μ times what is under the integral of the first. With the lumped H and
-//! the nodes as points these are the nodal laws of [`super::law`].
+//! the nodes as points these are the nodal laws of `contact::law`.
 //!
 //! R_n ≥ 0 at every node and |R_t| ≤ μ R_n, as integrals of what is projected; the field H⁻¹R need not be so at the
 //! border of the contact, where it wavers about a kink. The gap closes in the mean: ∫ N g = 0 at nodes that the
@@ -21,6 +21,6 @@ mod steady;
 mod surface;
 
 pub(crate) use cells::{Cells, Law};
-pub(crate) use newton::{Effort, Memory, Posed};
+pub(crate) use newton::{CellProblem, Effort, Memory};
 pub use steady::{augmentation, ConsistentSolution, ConsistentSteady};
 pub use surface::Surface;

@@ -10,7 +10,7 @@ use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::{Mat, MatMut, MatRef};
 
 /// A problem on the nodes of some cells.
-pub(crate) struct Posed<'a> {
+pub(crate) struct CellProblem<'a> {
     pub cells: &'a Cells,
     pub law: Law,
     /// B: creep (x, y) and gap per force (x, y, n), `[3k, 3k]`.
@@ -73,7 +73,7 @@ const WORTH: usize = 25;
 /// Iterations after which the method is given up.
 const PATIENCE: usize = 60;
 
-impl Posed<'_> {
+impl CellProblem<'_> {
     /// Components with an unknown shift.
     fn borders(&self) -> impl Iterator<Item = usize> + '_ {
         (0..3).filter(|&c| self.total[c].is_some())
@@ -85,7 +85,7 @@ impl Posed<'_> {
     }
 
     /// Everything that follows from forces, N, `[3k]`, and shifts.
-    pub fn at(&self, forces: Vec<f64>, shift: [f64; 3]) -> Iterate {
+    pub fn iterate(&self, forces: Vec<f64>, shift: [f64; 3]) -> Iterate {
         let response = product(self.response, &forces);
         self.with(forces, shift, response)
     }

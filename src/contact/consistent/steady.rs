@@ -2,7 +2,7 @@
 //! contact.
 
 use super::cells::{self, Cells, Fields, Law};
-use super::newton::{Effort, Iterate, Memory, Posed};
+use super::newton::{CellProblem, Effort, Iterate, Memory};
 use super::surface::Surface;
 use crate::contact::interface::{Stencil, Upstream};
 use crate::contact::law::Augmentation;
@@ -109,9 +109,9 @@ impl<'a> ConsistentSteady<'a> {
             residuals.push(format!("{:.1e}", whole.residual));
             let pressed = |forces: &[f64]| (0..s.len()).filter(|i| forces[3 * i + 2] > 0.0).collect::<Vec<_>>();
             let touching = (0..s.len()).filter(|i| forces[3 * i + 2] > 0.0 || whole.integral.forces[3 * i + 2] > 0.0);
-            let wanted = surface.around(touching);
+            let wanted = surface.with_neighbours(touching);
             if wanted.iter().any(|i| nodes.binary_search(i).is_err()) {
-                nodes = surface.around(wanted.into_iter());
+                nodes = surface.with_neighbours(wanted.into_iter());
             }
             let cells = Cells::new(&surface, nodes.clone());
             let found = self.newton(&cells, &whole.upstream, (&forces, approach, load), &mut memory, &mut effort)?;
@@ -154,12 +154,12 @@ impl<'a> ConsistentSteady<'a> {
         let w = |row: usize, b: usize| p.compliance.get(row, 3 * cells.nodes[b / 3] + b % 3);
         let response = Mat::from_fn(3 * k, 3 * k, |a, b| match (cells.nodes[a / 3], a % 3) {
             (i, 2) => w(3 * i + 2, b),
-            (i, c) => upstream.at(i, |j| w(3 * j + c, b)),
+            (i, c) => upstream.derivative(i, |j| w(3 * j + c, b)),
         });
         let mut constant = Vec::with_capacity(3 * k);
         for &i in &cells.nodes {
             let rigid = s.rigid(&p.kinematics, i);
-            constant.extend((0..2).map(|c| rigid[c] + upstream.at(i, |j| s.shift[j][c])));
+            constant.extend((0..2).map(|c| rigid[c] + upstream.derivative(i, |j| s.shift[j][c])));
             constant.push(s.gap[i] - approach);
         }
         let total = match load {
@@ -169,9 +169,10 @@ impl<'a> ConsistentSteady<'a> {
         let peak = (0..s.len()).map(|i| forces[3 * i + 2] / s.weight[i]).fold(f64::MIN_POSITIVE, f64::max);
         let measure: Vec<f64> = cells.nodes.iter().map(|&i| peak * s.weight[i]).collect();
         let law = self.law();
-        let posed = Posed { cells, law, response: response.as_ref(), constant: &constant, total, measure: &measure };
+        let posed =
+            CellProblem { cells, law, response: response.as_ref(), constant: &constant, total, measure: &measure };
         let own = cells.nodes.iter().flat_map(|&i| 3 * i..3 * i + 3).map(|r| forces[r]).collect();
-        let start = posed.at(own, [0.0; 3]);
+        let start = posed.iterate(own, [0.0; 3]);
         let target = 0.3 * p.tolerance * if law.friction > 0.0 { law.friction.min(1.0) } else { 1.0 };
         posed.solve(target, start, memory, effort).map_err(|left| {
             Error::NotConverged(format!(
@@ -193,7 +194,7 @@ impl<'a> ConsistentSteady<'a> {
         let mut motion = Vec::with_capacity(3 * n);
         for i in 0..n {
             let rigid = s.rigid(&p.kinematics, i);
-            motion.extend((0..2).map(|c| rigid[c] + upstream.at(i, |j| s.shift[j][c] + u[3 * j + c])));
+            motion.extend((0..2).map(|c| rigid[c] + upstream.derivative(i, |j| s.shift[j][c] + u[3 * j + c])));
             motion.push(gap[i]);
         }
         let fields = Fields { stress: &stress, motion: &motion };

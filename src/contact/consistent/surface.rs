@@ -100,7 +100,7 @@ impl Surface {
     }
 
     /// `nodes` and their neighbours but for those on the border of the grid, ascending.
-    pub fn around(&self, nodes: impl Iterator<Item = usize>) -> Vec<usize> {
+    pub fn with_neighbours(&self, nodes: impl Iterator<Item = usize>) -> Vec<usize> {
         let [nx, ny] = self.shape;
         let mut mark = vec![false; nx * ny];
         for i in nodes {
@@ -180,7 +180,7 @@ mod tests {
     fn neighbours_stay_off_the_border() {
         let s = Interface::paraboloid(6, 5, [1.0, 1.0], [1.0, 1.0]).unwrap();
         let surface = Surface::new(&s.patches[0]);
-        assert_eq!(surface.around([7].into_iter()), [7, 8, 13, 14]);
-        assert_eq!(surface.around([0, 15].into_iter()), [0, 7, 8, 9, 10, 14, 15, 16, 20, 21, 22]);
+        assert_eq!(surface.with_neighbours([7].into_iter()), [7, 8, 13, 14]);
+        assert_eq!(surface.with_neighbours([0, 15].into_iter()), [0, 7, 8, 9, 10, 14, 15, 16, 20, 21, 22]);
     }
 }

@@ -238,7 +238,7 @@ fn with_second_mode(frequency: f64, damping: f64) -> (Vec<BranchPoint>, Modes) {
     let (key, u, cycle, jacobian) = smooth(&mut equations, 0.1);
     let values = multipliers(&structure, &belt.at(key).unwrap(), &cycle, resolution).unwrap();
     let start = BranchPoint { key, u, cycle, multipliers: Some(values), special: None };
-    let extent = BranchExtent { range: [0.3, 0.64], most: 40, longest: 0.1, located: 1e-6, stability: true };
+    let extent = BranchExtent { range: [0.3, 0.64], most: 40, longest: 0.1, located: Some(1e-6), stability: true };
     let mut branch = BranchState::new(start, jacobian, true, &extent);
     let found = |p: &BranchPoint| p.special.is_some_and(|s| matches!(s.kind, SpecialKind::Torus | SpecialKind::Flip));
     follow(&mut equations, &mut branch, &extent, &mut |state| Ok(!state.points.iter().any(found))).unwrap();
@@ -303,7 +303,7 @@ fn branch_ends_with_the_reason_where_the_model_does() {
     let mut equations = Equations { family: &slow, ..equations(&slow.0, &structure, resolution, onset()) };
     let (key, u, cycle, jacobian) = smooth(&mut equations, 0.1);
     let start = BranchPoint { key, u, cycle, multipliers: None, special: None };
-    let extent = BranchExtent { range: [0.3, 0.9], most: 60, longest: 0.2, located: 1e-6, stability: false };
+    let extent = BranchExtent { range: [0.3, 0.9], most: 60, longest: 0.2, located: Some(1e-6), stability: false };
     let mut branch = BranchState::new(start, jacobian, true, &extent);
     follow(&mut equations, &mut branch, &extent, &mut |_| Ok(true)).unwrap();
     let why = branch.end.as_ref().map(BranchEnd::text).unwrap_or_default();
@@ -312,17 +312,17 @@ fn branch_ends_with_the_reason_where_the_model_does() {
     assert!(branch.points.len() > 2 && last > 0.549 && last <= 0.55, "{last}");
 }
 
-/// Shorter steps find the same fold, and the branch comes back through the same cycles.
+/// Shorter steps, and the way back, find the same fold and the same first stick.
 #[test]
-fn branch_does_not_depend_on_the_length_of_its_steps() {
+fn branch_does_not_depend_on_length_and_direction_of_its_steps() {
     let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
     let structure = Structure::new(modes.model(&belt)).unwrap();
     let resolution = Resolution { harmonics: 8, samples: 120 };
-    let folds = [0.2, 0.07].map(|longest| {
+    let places = [0.2, 0.07].map(|longest| {
         let mut equations = equations(&belt, &structure, resolution, onset());
         let (key, u, cycle, jacobian) = smooth(&mut equations, 0.3);
         let start = BranchPoint { key, u, cycle, multipliers: None, special: None };
-        let extent = BranchExtent { range: [0.3, 0.9], most: 200, longest, located: 1e-6, stability: false };
+        let extent = BranchExtent { range: [0.3, 0.9], most: 200, longest, located: Some(1e-6), stability: false };
         let mut branch = BranchState::new(start, jacobian, true, &extent);
         let mut kept = Vec::new();
         follow(&mut equations, &mut branch, &extent, &mut |state| {
@@ -335,12 +335,23 @@ fn branch_does_not_depend_on_the_length_of_its_steps() {
         let points = half.points.iter().map(|p| BranchPoint::from_numbers(&p.numbers()).unwrap()).collect();
         let mut again = BranchState::from_numbers(&half.numbers(), points).unwrap();
         assert_eq!(again, half);
-        let found = |p: &BranchPoint| p.special.is_some_and(|s| s.kind == SpecialKind::Fold);
-        let to_fold = |state: &BranchState| Ok(!state.points.iter().any(found));
-        follow(&mut equations, &mut branch, &extent, &mut |s| to_fold(s)).unwrap();
-        follow(&mut equations, &mut again, &extent, &mut |s| to_fold(s)).unwrap();
+        let place = |state: &BranchState, kind: SpecialKind| {
+            let found = |p: &&BranchPoint| p.special.is_some_and(|s| s.kind == kind);
+            state.points.iter().find(found).map(|p| p.key)
+        };
+        let to = |kind: SpecialKind| move |state: &BranchState| Ok(place(state, kind).is_none());
+        follow(&mut equations, &mut branch, &extent, &mut to(SpecialKind::Fold)).unwrap();
+        follow(&mut equations, &mut again, &extent, &mut to(SpecialKind::Fold)).unwrap();
         assert_eq!(again, branch);
-        branch.points.iter().find(|p| found(p)).map(|p| p.key).unwrap()
+        follow(&mut equations, &mut branch, &extent, &mut to(SpecialKind::Stick)).unwrap();
+        let end = branch.points.last().cloned().unwrap();
+        let back = branch.ahead.iter().map(|a| -a).collect();
+        let mut back = BranchState::new(end, branch.jacobian.clone().unwrap(), true, &extent).towards(back);
+        follow(&mut equations, &mut back, &extent, &mut to(SpecialKind::Fold)).unwrap();
+        [&branch, &back].map(|b| [SpecialKind::Fold, SpecialKind::Stick].map(|kind| place(b, kind).unwrap()))
     });
-    assert!((folds[0] - folds[1]).abs() < 2e-6, "{folds:?}");
+    let [[one, back], [short, short_back]] = places;
+    for other in [back, short, short_back] {
+        assert!((0..2).all(|k| (other[k] - one[k]).abs() < 2e-6), "{places:?}");
+    }
 }

@@ -123,7 +123,7 @@ fn cycles_of_a_mass_on_a_belt_turn_back_at_the_fold_and_end_at_rest() {
     // It sticks for a while: what deviates is gone within a period.
     assert!(found.cycle.stick()[0] > 0.01 && multipliers.is_stable(), "{multipliers:?}");
     let start = BranchPoint { key: v, u: found.u, cycle: found.cycle, multipliers: Some(multipliers), special: None };
-    let extent = BranchExtent { range: [0.3, 0.9], most: 200, longest: 0.2, located: 1e-6, stability: true };
+    let extent = BranchExtent { range: [0.3, 0.9], most: 200, longest: 0.2, located: Some(1e-6), stability: true };
     let mut branch = BranchState::new(start.clone(), jacobian.clone().unwrap(), true, &extent);
     follow(&mut equations, &mut branch, &extent, &mut |_| Ok(true)).unwrap();
     let line = |p: &BranchPoint| {

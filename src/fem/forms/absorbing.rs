@@ -23,7 +23,7 @@ pub struct Absorbing {
 
 impl Absorbing {
     /// α at a point, 1/s.
-    pub fn at(&self, x: [f64; 3]) -> f64 {
+    pub fn rate(&self, x: [f64; 3]) -> f64 {
         let distance = (0..3).map(|c| (x[c] - self.place[c]) * self.normal[c]).sum::<f64>().abs();
         self.rate * (1.0 - distance / self.depth).max(0.0).powi(2)
     }
@@ -47,7 +47,7 @@ impl Form for Absorbing {
         for p in cell.kind.mass_rule() {
             let values = &p.shape.values[..n];
             let place = std::array::from_fn(|c| x.iter().zip(values).map(|(x, v)| v * x[c]).sum());
-            let w = self.density * self.at(place) * p.weight * determinant(&jacobian(x, &p.shape));
+            let w = self.density * self.rate(place) * p.weight * determinant(&jacobian(x, &p.shape));
             if !self.across {
                 for (row, a) in out.chunks_exact_mut(n).zip(values) {
                     row.iter_mut().zip(values).for_each(|(to, b)| *to += w * a * b);

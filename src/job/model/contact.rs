@@ -26,6 +26,9 @@ pub struct Contact {
     /// Places of a wheel on its rail that are contacts.
     #[serde(default, skip_serializing_if = "ContactPlaces::is_one")]
     pub places: ContactPlaces,
+    /// Wheels of a wheelset that are in contact.
+    #[serde(default, skip_serializing_if = "ContactWheels::is_one")]
+    pub wheels: ContactWheels,
     /// Rolling speed V, m/s; needed unless `points` are given.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
@@ -59,7 +62,7 @@ pub struct Contact {
     /// True once load and position are those of the equilibrium in the curve, and no longer stand-ins.
     #[serde(skip)]
     pub in_equilibrium: bool,
-    /// The other contacts of a wheel that carries load at several places, once these are known.
+    /// The other contacts of a wheel that carries load at several places, and of the other wheel, once these are known.
     #[serde(skip)]
     pub further: Vec<Contact>,
     /// Contact angle δ of a wheel on its rail, rad, positive where the rail falls to the right, once it is known.
@@ -83,6 +86,23 @@ pub enum ContactPlaces {
     One,
     /// All places that carry load, such as tread and flange, each with its own angle, grid and creepages.
     All,
+}
+
+/// Wheels of a wheelset that are in contact.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum ContactWheels {
+    /// The wheel of the placement, or that which `from` names.
+    #[default]
+    One,
+    /// Both wheels, each on a rail of its own. The contacts of the wheel that the placement or `from` names come first.
+    Both,
+}
+
+impl ContactWheels {
+    fn is_one(&self) -> bool {
+        *self == Self::One
+    }
 }
 
 impl ContactPlaces {
@@ -176,9 +196,14 @@ impl Contact {
         }
     }
 
-    /// The contacts: this one, then the other ones of the same wheel.
+    /// The contacts: this one, then the other ones of the same wheel, then those of the other wheel.
     pub fn all(&self) -> impl Iterator<Item = &Contact> {
         std::iter::once(self).chain(&self.further)
+    }
+
+    /// Side of the track of a contact with a placement; the left-hand one of others.
+    pub fn side(&self) -> super::TrackSide {
+        self.placement.as_ref().map_or(super::TrackSide::Left, |p| p.side)
     }
 
     /// Load that presses the bodies together. Reading a job makes sure that exactly one of the three keys is given.

@@ -195,7 +195,7 @@ impl Extruded {
         let offset = self.contact_offset;
         let head = &rail.head;
         let room = if offset.abs() <= head.reach() { head.room(offset) } else { 0.0 };
-        let width = 2.0 * head.at(head.to_angle(head.steep())).y;
+        let width = 2.0 * head.point(head.to_angle(head.steep())).y;
         super::Running { radius: f64::INFINITY, crown: Some(head.radius_at(offset)), width, room }
     }
 }

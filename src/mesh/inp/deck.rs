@@ -7,7 +7,7 @@ use std::collections::BTreeMap;
 
 /// A part, or what stands outside of parts.
 #[derive(Default)]
-pub struct Part {
+pub struct DeckPart {
     /// Numbers, places and coordinates of the nodes.
     pub nodes: Vec<u64>,
     pub node_at: Vec<Place>,
@@ -78,7 +78,7 @@ pub struct Instance {
     pub name: String,
     pub part: usize,
     /// Nodes, elements and sets between *INSTANCE and *END INSTANCE, which are moved with it.
-    pub own: Part,
+    pub own: DeckPart,
     /// Displacement, in the file's unit; then the two points of the axis that it is turned about, and the angle in
     /// degrees.
     pub shift: [f64; 3],
@@ -89,8 +89,8 @@ pub struct Instance {
 #[derive(Default)]
 pub struct Deck {
     /// Items outside of parts.
-    pub top: Part,
-    pub parts: Vec<(String, Part)>,
+    pub top: DeckPart,
+    pub parts: Vec<(String, DeckPart)>,
     pub instances: Vec<Instance>,
     pub remarks: Remarks,
 }

@@ -86,7 +86,7 @@ const POINTS_AND_LINES: [(&str, usize); 22] = [
 ];
 
 /// The element type `name`, in capitals.
-pub fn of(name: &str) -> Option<ElementType> {
+pub fn element_type(name: &str) -> Option<ElementType> {
     let known = TYPES.iter().find(|t| t.0 == name).map(|t| t.1);
     known.or_else(|| solid_variant(name)).or_else(|| surface(name)).or_else(|| {
         let line = POINTS_AND_LINES.iter().find(|(family, _)| variant_of(name, family, "RHOSWT"));
@@ -139,7 +139,7 @@ pub fn remark(name: &str) -> Option<&'static str> {
         }
         "C3D20R" => "with reduced integration are fully integrated here, as C3D20: a little stiffer",
         "C3D10M" => "are 10-node tetrahedra of the usual kind here, as C3D10",
-        _ => match of(name)? {
+        _ => match element_type(name)? {
             Cell(kind) if TYPES.iter().all(|t| t.0 != name) => match kind {
                 Hex8 => "are 8-node hexahedra with incompatible modes here, fully integrated, as C3D8I",
                 _ => "are elements of displacements alone here, fully integrated, as those without further letters",

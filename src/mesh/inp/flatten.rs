@@ -1,6 +1,6 @@
 //! Parts in their places, numbered through; sets and surfaces as groups.
 
-use super::deck::{Block, Chunk, Deck, Instance, Part, Set, Surface};
+use super::deck::{Block, Chunk, Deck, DeckPart, Instance, Set, Surface};
 use super::elements::ElementType;
 use super::lines::Place;
 use super::parse::quote;
@@ -19,10 +19,10 @@ const AS_THEY_ARE: [u8; 20] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14,
 
 /// One mesh of all instances.
 pub fn flatten(mut deck: Deck, files: &mut Files) -> Result<Listed> {
-    let mut parts: Vec<Part> = Vec::new();
+    let mut parts: Vec<DeckPart> = Vec::new();
     if deck.instances.is_empty() && deck.parts.len() == 1 {
         let name = deck.parts[0].0.clone();
-        deck.instances.push(Instance { name, part: 0, own: Part::default(), shift: [0.0; 3], turn: None });
+        deck.instances.push(Instance { name, part: 0, own: DeckPart::default(), shift: [0.0; 3], turn: None });
     }
     if deck.instances.is_empty() && deck.parts.len() > 1 {
         return Err(files.error(
@@ -47,7 +47,7 @@ pub fn flatten(mut deck: Deck, files: &mut Files) -> Result<Listed> {
 }
 
 /// A copy of a part with what its instance adds, in the place of the instance: moved, then turned about the axis.
-fn placed(instance: &Instance, part: &Part) -> Part {
+fn placed(instance: &Instance, part: &DeckPart) -> DeckPart {
     let put = |x: &[f64; 3]| {
         let moved = [0, 1, 2].map(|c| x[c] + instance.shift[c]);
         match instance.turn {
@@ -73,7 +73,7 @@ fn placed(instance: &Instance, part: &Part) -> Part {
         nodes_of: c.nodes_of.clone(),
     };
     let surface = |s: &Surface| Surface { nodes: s.nodes, members: s.members.clone() };
-    let mut all = Part::default();
+    let mut all = DeckPart::default();
     for from in [part, &instance.own] {
         all.nodes.extend(&from.nodes);
         all.node_at.extend(&from.node_at);
@@ -111,7 +111,7 @@ fn tag(instance: usize, id: u32) -> u64 {
 }
 
 impl Flat<'_> {
-    fn nodes(&mut self, parts: &mut [Part]) -> Result<()> {
+    fn nodes(&mut self, parts: &mut [DeckPart]) -> Result<()> {
         if let [part] = parts {
             // Nothing is copied of a mesh that has no parts.
             self.listed.tags = std::mem::take(&mut part.nodes);
@@ -127,7 +127,7 @@ impl Flat<'_> {
         self.listed.number(self.files)
     }
 
-    fn cells(&mut self, parts: &mut [Part]) -> Result<()> {
+    fn cells(&mut self, parts: &mut [DeckPart]) -> Result<()> {
         for (i, part) in parts.iter_mut().enumerate() {
             for block in std::mem::take(&mut part.blocks) {
                 let n = block.kind.nodes();
@@ -165,7 +165,7 @@ impl Flat<'_> {
     }
 
     /// Surfaces first, then sets of facets, then sets of nodes. Surfaces that cannot be understood are errors.
-    fn groups(&mut self, parts: &[Part]) -> Result<()> {
+    fn groups(&mut self, parts: &[DeckPart]) -> Result<()> {
         let mut facets: HashMap<usize, Vec<String>> = HashMap::new();
         let mut named = std::collections::BTreeSet::new();
         for (i, part) in parts.iter().enumerate() {
@@ -214,7 +214,7 @@ impl Flat<'_> {
 
     fn surface(
         &mut self,
-        parts: &[Part],
+        parts: &[DeckPart],
         i: usize,
         (name, surface): (&str, &Surface),
         facets: &mut HashMap<usize, Vec<String>>,
@@ -264,7 +264,7 @@ impl Flat<'_> {
     }
 
     /// Positions of the members of a set of the part `i`, ascending.
-    fn members(&self, parts: &[Part], i: usize, what: What, set: &Set, depth: usize) -> Result<Vec<u32>> {
+    fn members(&self, parts: &[DeckPart], i: usize, what: What, set: &Set, depth: usize) -> Result<Vec<u32>> {
         let mut all = Vec::new();
         for chunk in &set.chunks {
             let i = match &chunk.instance {
@@ -337,7 +337,14 @@ impl Flat<'_> {
     }
 
     /// Members of the set `name` of the part `i`: a set of that part, of the assembly, or `instance.set`.
-    fn named(&self, parts: &[Part], i: usize, what: What, (name, at): (&str, Place), depth: usize) -> Result<Vec<u32>> {
+    fn named(
+        &self,
+        parts: &[DeckPart],
+        i: usize,
+        what: What,
+        (name, at): (&str, Place),
+        depth: usize,
+    ) -> Result<Vec<u32>> {
         let title = if what == What::Nodes { "node set" } else { "element set" };
         let lookups = self.lookups.replace(self.lookups.get() + 1);
         if depth > DEEPEST || lookups > MOST {

@@ -18,7 +18,7 @@ impl Keyword {
     /// The keyword at the last line; it goes on behind a comma at its end. Its name and parameters may be abbreviated
     /// as far as nothing else begins so.
     pub fn read(lines: &mut Lines) -> Result<Self> {
-        let at = lines.at();
+        let at = lines.place();
         let mut text = lines.text().to_string();
         while text.ends_with(',') && text.len() < 1 << 16 {
             if !lines.data()? {

@@ -48,7 +48,7 @@ impl<'a> Lines<'a> {
     }
 
     /// Place of the last line.
-    pub fn at(&self) -> Place {
+    pub fn place(&self) -> Place {
         self.at
     }
 

@@ -1,6 +1,6 @@
 //! From lines to a deck.
 
-use super::deck::{Block, Chunk, Deck, Instance, Part, Set, Surface};
+use super::deck::{Block, Chunk, Deck, DeckPart, Instance, Set, Surface};
 use super::elements::{self, ElementType};
 use super::keywords::{advice, fields, is_harmless, Keyword};
 use super::lines::{Lines, Place};
@@ -20,7 +20,7 @@ pub fn deck(lines: &mut Lines) -> Result<Deck> {
         );
     }
     loop {
-        let at = lines.at();
+        let at = lines.place();
         let keyword = Keyword::read(lines)?;
         if let (Some(fault), false) = (&keyword.fault, in_step) {
             return Err(fault.clone());
@@ -42,7 +42,7 @@ pub fn deck(lines: &mut Lines) -> Result<Deck> {
                     return Err(lines.error(at, format!("a second part {}; expected different names", quote(&name))));
                 }
                 (inside, begun) = (Scope::Part(deck.parts.len()), at);
-                deck.parts.push((name, Part::default()));
+                deck.parts.push((name, DeckPart::default()));
             }
             "INSTANCE" => {
                 instance(lines, at, &keyword, &mut deck)?;
@@ -112,7 +112,7 @@ impl Scope {
     }
 }
 
-fn part(deck: &mut Deck, inside: Scope) -> &mut Part {
+fn part(deck: &mut Deck, inside: Scope) -> &mut DeckPart {
     match inside {
         Scope::Part(i) => &mut deck.parts[i].1,
         Scope::Instance(i) => &mut deck.instances[i].own,
@@ -167,11 +167,11 @@ fn instance(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck) ->
             turn = Some(values);
         }
     }
-    deck.instances.push(Instance { name, part, own: Part::default(), shift, turn });
+    deck.instances.push(Instance { name, part, own: DeckPart::default(), shift, turn });
     Ok(())
 }
 
-fn nodes(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut Part) -> Result<()> {
+fn nodes(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut DeckPart) -> Result<()> {
     if let Some(system) = keyword.value("SYSTEM").filter(|s| !s.eq_ignore_ascii_case("R")) {
         return Err(lines.error(at, format!("*NODE with SYSTEM={}; expected Cartesian coordinates", quote(system))));
     }
@@ -191,7 +191,7 @@ fn nodes(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut Part) -> Re
                 .wrong(format!("found {}; expected the number of a node and three coordinates", quote(lines.text()))));
         };
         part.nodes.push(u64::from(id));
-        part.node_at.push(lines.at());
+        part.node_at.push(lines.place());
         part.coords.push([x, y, z]);
         named.push(id);
     }
@@ -203,7 +203,7 @@ fn nodes(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut Part) -> Re
 
 fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, inside: Scope) -> Result<()> {
     let name = title(lines, at, keyword, "TYPE")?.to_uppercase();
-    let kind = elements::of(&name).ok_or_else(|| {
+    let kind = elements::element_type(&name).ok_or_else(|| {
         let what = format!(
             "elements of the type {}; expected {} (and CPS3, CPS4, CPS6, CPS8, SFM3D… or shells for surfaces). Take \
              others out of the file",
@@ -226,7 +226,7 @@ fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, in
     let mut begun = at;
     while lines.data()? {
         if element.is_empty() {
-            begun = lines.at();
+            begun = lines.place();
         }
         let text = lines.text();
         for field in text.strip_suffix(',').unwrap_or(text).split(',') {
@@ -262,7 +262,7 @@ fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, in
     Ok(())
 }
 
-fn set(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut Part) -> Result<()> {
+fn set(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut DeckPart) -> Result<()> {
     let name = title(lines, at, keyword, &keyword.name)?;
     let generate = keyword.has("GENERATE");
     let mut chunk = Chunk::new(at, keyword.title("INSTANCE"));
@@ -299,7 +299,7 @@ fn set(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut Part) -> Resu
     Ok(())
 }
 
-fn surface(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut Part) -> Result<()> {
+fn surface(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut DeckPart) -> Result<()> {
     let name = title(lines, at, keyword, "NAME")?;
     let kind = keyword.title("TYPE").unwrap_or_else(|| "element".into());
     let nodes = match kind.as_str() {
@@ -326,7 +326,7 @@ fn surface(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut Part) -> 
                 quote(text)
             )));
         }
-        members.push((member, face.flatten().map(|n| n - 1), lines.at()));
+        members.push((member, face.flatten().map(|n| n - 1), lines.place()));
     }
     match part.surfaces.entry(name) {
         std::collections::btree_map::Entry::Occupied(there) => {

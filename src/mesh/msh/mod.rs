@@ -4,7 +4,7 @@
 //! (binary).
 
 mod cursor;
-pub mod plane;
+pub(crate) mod plane;
 mod sections;
 mod v2;
 mod v4;

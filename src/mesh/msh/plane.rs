@@ -45,11 +45,6 @@ pub fn read(path: &Path) -> Result<Plane> {
     of_source(&mut file, &name)
 }
 
-/// Reads it from the bytes of a file; `name` stands in messages.
-pub fn parse(data: &[u8], name: &str) -> Result<Plane> {
-    of_source(&mut std::io::Cursor::new(data), name)
-}
-
 fn of_source(source: &mut dyn super::cursor::Source, name: &str) -> Result<Plane> {
     let mut c = Cursor::new(source, name)?;
     c.skip_mark()?;
@@ -58,7 +53,7 @@ fn of_source(source: &mut dyn super::cursor::Source, name: &str) -> Result<Plane
 
 impl Read {
     /// Takes an element with the numbers of its nodes.
-    pub fn take(
+    pub fn add_element(
         &mut self,
         c: &Cursor,
         of: &ElementType,
@@ -141,6 +136,10 @@ impl Raw {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn parse(data: &[u8], name: &str) -> Result<Plane> {
+        of_source(&mut std::io::Cursor::new(data), name)
+    }
 
     const SQUARE: &str =
         "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n2\n1 1 \"running\"\n2 2 \"steel\"\n$EndPhysicalNames\n\

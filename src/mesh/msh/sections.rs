@@ -226,7 +226,14 @@ impl Raw {
 
     /// Takes an element, of which `place` is number and place in the file, in the surface `entity` with its nodes in
     /// Gmsh's order.
-    pub fn take(&mut self, c: &Cursor, of: &ElementType, entity: i32, place: [u64; 2], nodes: &[u64]) -> Result<()> {
+    pub fn add_element(
+        &mut self,
+        c: &Cursor,
+        of: &ElementType,
+        entity: i32,
+        place: [u64; 2],
+        nodes: &[u64],
+    ) -> Result<()> {
         if let Some(plane) = &mut self.plane {
             let position = |&tag: &u64| {
                 let missing = || {
@@ -238,7 +245,7 @@ impl Raw {
                 self.listed.position(tag).map(|n| n as usize).ok_or_else(missing)
             };
             let nodes = nodes.iter().map(position).collect::<Result<Vec<usize>>>()?;
-            plane.take(c, of, (entity, place), nodes)?;
+            plane.add_element(c, of, (entity, place), nodes)?;
         } else if let Some(kind) = of.cell {
             self.listed.cell(kind, place, kind.topology().gmsh_order, nodes, c)?;
         } else if let Some(kind) = of.facet {

@@ -76,7 +76,7 @@ impl Raw {
                 if wanted.dim == 3 {
                     volumes.insert(group);
                 }
-                self.take(c, &wanted, group, [tag, at], &nodes)?;
+                self.add_element(c, &wanted, group, [tag, at], &nodes)?;
                 c.end_of_line("an element")?;
             }
             done += together;

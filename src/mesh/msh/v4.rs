@@ -158,7 +158,7 @@ impl Raw {
                 for node in &mut nodes {
                     *node = c.size("a node tag of an element")?;
                 }
-                self.take(c, &wanted, entity, [tag, at], &nodes)?;
+                self.add_element(c, &wanted, entity, [tag, at], &nodes)?;
                 c.end_of_line("an element")?;
             }
         }

@@ -2,7 +2,7 @@
 //! pyramid over [-1, 1]² with its apex at (0, 0, 1); wedge over the triangle of 0 and the unit points from -1 to 1;
 //! hexahedron [-1, 1]³.
 
-pub mod facet;
+pub(crate) mod facet;
 mod quadrature;
 mod shapes;
 

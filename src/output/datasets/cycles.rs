@@ -62,7 +62,7 @@ impl Cycle {
     }
 
     /// At rest under the force `force`, N, with so many nodes closed and stuck, after `time`, s.
-    pub fn rest(force: [f64; 3], [closed, stick]: [usize; 2], time: f64, harmonics: usize) -> Self {
+    pub fn at_rest(force: [f64; 3], [closed, stick]: [usize; 2], time: f64, harmonics: usize) -> Self {
         let share = stick as f64 / closed.max(1) as f64;
         Self {
             fate: 0,
@@ -79,7 +79,7 @@ impl Cycle {
     }
 
     /// Row of a motion that was followed; None where it came to rest.
-    pub fn of(found: &Followed) -> Option<Self> {
+    pub fn from_followed(found: &Followed) -> Option<Self> {
         let (returns, record) = found.motion.as_ref()?;
         let fate = match found.fate {
             CycleOutcome::Rest => 0,
@@ -221,7 +221,7 @@ mod tests {
 
     #[test]
     fn numbers_come_back() {
-        let rest = Cycle::rest([1.0, -2.0, 3.0], [40, 10], 0.5, 2);
+        let rest = Cycle::at_rest([1.0, -2.0, 3.0], [40, 10], 0.5, 2);
         let moving = Cycle {
             fate: 1,
             frequency: 963.7,

@@ -1,18 +1,18 @@
 //! The datasets of the result file: names, units, shapes and descriptions, one file a group
 //! (`docs/reference/output.md`).
 
-pub mod branches;
-pub mod checkpoint;
+pub(crate) mod branches;
+pub(crate) mod checkpoint;
 pub mod contact;
-pub mod creep_curve;
+pub(crate) mod creep_curve;
 pub mod curving;
-pub mod cycles;
+pub(crate) mod cycles;
 pub mod placement;
-pub mod points;
-pub mod receptance;
-pub mod record;
+pub(crate) mod points;
+pub(crate) mod receptance;
+pub(crate) mod record;
 pub mod reduced;
 pub mod stability;
-pub mod sweep;
-pub mod track_decay;
-pub mod uncertainty;
+pub(crate) mod sweep;
+pub(crate) mod track_decay;
+pub(crate) mod uncertainty;

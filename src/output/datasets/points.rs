@@ -75,7 +75,7 @@ impl Points {
     }
 
     /// Data that move the points, as tables of the first segment.
-    pub fn kept(&self) -> Vec<Table> {
+    pub fn checkpoint_tables(&self) -> Vec<Table> {
         let rows = 3 * self.names.len();
         if rows == 0 {
             return Vec::new();

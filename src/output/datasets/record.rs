@@ -218,7 +218,7 @@ impl<'a> Recorder<'a> {
     }
 
     /// Takes a step.
-    pub fn take(&mut self, stepper: &Stepper<'_>) {
+    pub fn record_step(&mut self, stepper: &Stepper<'_>) {
         let (state, report, time) = (stepper.state(), stepper.report(), stepper.time());
         let (e, first) = (&state.energy, &report.patches[0]);
         let mut rows: Vec<Vec<f64>> = vec![

@@ -251,7 +251,7 @@ pub fn of_point(all: &Comparison, listed: usize) -> Vec<Table> {
         let (name, words, _) = LAWS[of.law];
         let path = |what: &str| format!("/stability/point/{name}/{what}");
         let none = Complex::new(f64::NAN, f64::NAN);
-        let beside: Vec<Complex<f64>> = (0..listed).map(|i| of.of(i).unwrap_or(none)).collect();
+        let beside: Vec<Complex<f64>> = (0..listed).map(|i| of.partner(i).unwrap_or(none)).collect();
         tables.extend([
             Table::list(&path("force"), "N", &format!("Friction (x, y) on body 1 by {words}."), of.force.to_vec()),
             Table::list(

@@ -25,7 +25,7 @@ use std::path::{Path, PathBuf};
 #[serde(rename_all = "snake_case")]
 enum Record {
     /// The run begins, or goes on.
-    Part(Part),
+    Part(RunOrigin),
     /// A segment is about to get its name.
     Segment(Entry),
     /// Segments after this step are removed.
@@ -36,7 +36,7 @@ enum Record {
 
 /// From where a run was begun or continued, with which job, and by whom.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Part {
+pub struct RunOrigin {
     /// Steps that were done before.
     pub step: u64,
     /// The resolved job.
@@ -51,7 +51,7 @@ pub struct Part {
     pub pid: u32,
 }
 
-impl Part {
+impl RunOrigin {
     /// A part of this process, after so many steps.
     pub(super) fn new(step: u64, job: Value) -> Self {
         let host = rustix::system::uname().nodename().to_string_lossy().into_owned();
@@ -79,7 +79,7 @@ pub struct Entry {
 
 impl Entry {
     /// The segment of these steps that lies in `file`.
-    pub(super) fn of(file: &Path, first: u64, last: u64) -> Result<Self> {
+    pub(super) fn new(file: &Path, first: u64, last: u64) -> Result<Self> {
         let (bytes, sha256) = sum(file)?;
         Ok(Self { first, last, bytes, sha256 })
     }
@@ -124,7 +124,7 @@ pub(super) struct Manifest {
     /// Bytes of whole lines.
     length: u64,
     /// The parts of the run.
-    pub(super) parts: Vec<Part>,
+    pub(super) parts: Vec<RunOrigin>,
     /// Its segments.
     pub(super) entries: Vec<Entry>,
     /// True if they are in the result file already.
@@ -236,7 +236,7 @@ impl Manifest {
     }
 
     /// The run is begun, or goes on after what there is.
-    pub(super) fn part(&mut self, part: Part) -> Result<()> {
+    pub(super) fn record_origin(&mut self, part: RunOrigin) -> Result<()> {
         self.add(Record::Part(part))
     }
 

@@ -78,7 +78,7 @@ impl Merged<'_> {
     /// if these are large enough.
     fn create(&mut self, segment: &Reader, at: &str, from: &Dataset) -> Result<()> {
         let (units, description) = (segment.attribute(at, "units")?, segment.attribute(at, "description")?);
-        let (mut shape, none) = (from.shape(), segment.read(at)?.1.part(0..0));
+        let (mut shape, none) = (from.shape(), segment.read(at)?.1.slice(0..0));
         let row = none.item_bytes() * shape[1..].iter().product::<usize>();
         let chunk = from.chunk().map_or(0, |chunk| chunk[0]);
         let rows = if chunk * row >= CHUNK_LEAST { chunk } else { (CHUNK_BYTES / row.max(1)).max(1) };

@@ -5,7 +5,7 @@
 mod manifest;
 mod merge;
 
-pub use manifest::{program, Entry, Part};
+pub use manifest::{program, Entry, RunOrigin};
 pub(super) use merge::append_to;
 
 use super::atomic_file::{failure, sweep, Partial};
@@ -110,7 +110,7 @@ impl Segments {
     }
 
     /// The parts in which the run was made so far.
-    pub fn parts(&self) -> Vec<Part> {
+    pub fn parts(&self) -> Vec<RunOrigin> {
         self.held.manifest.borrow().parts.clone()
     }
 
@@ -186,21 +186,21 @@ impl Segments {
     }
 
     /// The run begins, with the resolved `job`; what was there before is removed.
-    pub fn begin(&self, job: Value) -> Result<()> {
+    pub fn start_run(&self, job: Value) -> Result<()> {
         self.held.manifest.borrow_mut().clear()?;
         for number in numbered(&self.held.folder)? {
             let path = self.held.folder.join(file_name(number));
             std::fs::remove_file(&path).map_err(|e| failure(&path, &e))?;
         }
         self.sweep();
-        self.held.manifest.borrow_mut().part(Part::new(0, job))
+        self.held.manifest.borrow_mut().record_origin(RunOrigin::new(0, job))
     }
 
     /// The run goes on, with the resolved `job`.
     pub fn go_on(&self, job: Value) -> Result<()> {
         self.sweep();
         let done = self.done();
-        self.held.manifest.borrow_mut().part(Part::new(done, job))
+        self.held.manifest.borrow_mut().record_origin(RunOrigin::new(done, job))
     }
 
     /// Writes the segment that ends with step `number`; it appears complete or not at all.
@@ -213,7 +213,7 @@ impl Segments {
         let mut partial = Partial::alone(&target);
         skeleton(&partial, None, &[], tables, None)?;
         let first = self.entries().last().map_or(0, |e| e.last + 1);
-        let entry = Entry::of(&partial.path, first, number)?;
+        let entry = Entry::new(&partial.path, first, number)?;
         partial.sync()?;
         self.held.manifest.borrow_mut().segment(entry)?;
         partial.publish()

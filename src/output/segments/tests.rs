@@ -6,7 +6,7 @@ use serde_json::json;
 
 fn start(folder: &tempfile::TempDir) -> Segments {
     let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
-    segments.begin(json!({ "a": 0.1 })).expect("a run");
+    segments.start_run(json!({ "a": 0.1 })).expect("a run");
     segments.write(0, &[Table::scalar("/checkpoint/step", "1", "Steps.", 0i64)]).expect("the start");
     for last in [3, 6, 8] {
         segments.write(last, &rows(last)).expect("a segment");
@@ -108,7 +108,7 @@ fn what_is_cut_off_lost_put_in_or_exchanged_is_refused() {
     );
     let other = tempfile::tempdir().expect("a folder");
     let strange = Segments::claim(&other.path().join("run.h5"), false).expect("a folder");
-    strange.begin(json!({ "a": 0.2 })).expect("a run");
+    strange.start_run(json!({ "a": 0.2 })).expect("a run");
     strange.write(0, &rows(3)).expect("a segment");
     let force = Table::list("/transient/force", "N", "Forces.", vec![0.25; 3]);
     strange.write(3, &[&rows(3)[..], &[force]].concat()).expect("a segment");
@@ -165,7 +165,7 @@ fn two_runs_cannot_have_the_same_segments() {
     assert!(error.to_string().contains("--resume") && error.to_string().contains("run.h5"), "{error}");
     let again = Segments::claim(&result, true).expect("with force");
     assert_eq!(again.entries().len(), 4, "nothing is lost before the steps");
-    again.begin(json!({})).expect("anew");
+    again.start_run(json!({})).expect("anew");
     assert!(again.entries().is_empty());
 }
 
@@ -182,7 +182,7 @@ fn a_run_whose_results_are_published_is_over() {
     let error = Segments::reopen(&result).map(drop).expect_err("over");
     assert!(error.to_string().contains("came to its end"), "{error}");
     let next = Segments::claim(&result, false).expect("nothing in the way");
-    next.begin(json!({})).expect("begun");
+    next.start_run(json!({})).expect("begun");
     assert!(next.entries().is_empty() && numbered(next.folder()).expect("list").is_empty());
 }
 
@@ -198,7 +198,7 @@ fn nothing_is_left_of_a_run_that_did_not_begin() {
 fn segments_are_put_together_whether_their_chunks_fit_or_not() {
     let folder = tempfile::tempdir().expect("a folder");
     let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
-    segments.begin(json!({})).expect("a run");
+    segments.start_run(json!({})).expect("a run");
     let step = |last: u64| Table::scalar("/checkpoint/step", "1", "Steps.", last as i64);
     segments.write(0, &[step(0)]).expect("the start");
     let row = |k: u64| (0..200).map(move |c| (k as f64 + 0.01 * f64::from(c)).sin());
@@ -249,11 +249,11 @@ fn without_segments_the_model_is_pointed_to() {
     // Killed when the run was begun, and when its first segment was announced: the manifest is there, and the segment
     // is not.
     let segments = Segments::claim(&result, false).expect("a folder");
-    segments.begin(json!({ "a": 0.1 })).expect("a run");
+    segments.start_run(json!({ "a": 0.1 })).expect("a run");
     drop(segments);
     refused(&["nothing to continue", &reuse]);
     let segments = Segments::claim(&result, false).expect("nothing in the way");
-    segments.begin(json!({ "a": 0.1 })).expect("a run");
+    segments.start_run(json!({ "a": 0.1 })).expect("a run");
     segments.write(0, &[Table::scalar("/checkpoint/step", "1", "Steps.", 0i64)]).expect("the start");
     let place = segments.folder().to_owned();
     let start = segments.path(&segments.entries()[0]);

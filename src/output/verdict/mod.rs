@@ -174,7 +174,9 @@ impl Spectrum {
 /// Kind and sentence of a stability analysis.
 fn by_stability(job: &Value, tables: &Tables) -> (VerdictKind, String) {
     let (spectrum, names) = (Spectrum::of(tables), Names::new(job, tables));
-    let (unstable, relaxing) = (spectrum.growing(true), spectrum.growing(false));
+    let (growing, relaxing) = (spectrum.growing(true), spectrum.growing(false));
+    let lowest = infinite_from(tables);
+    let (low, unstable): (Vec<usize>, Vec<usize>) = growing.into_iter().partition(|&k| spectrum.frequency(k) < lowest);
     let apart = match relaxing[..] {
         [] => None,
         [only] => Some(format!(
@@ -196,14 +198,33 @@ fn by_stability(job: &Value, tables: &Tables) -> (VerdictKind, String) {
         parts.extend(loudness(tables, names.bodies));
         parts.extend(cures(job, tables, (&spectrum, &names), &unstable));
         parts.extend(apart.map(|text| format!("apart from these, {text}")));
+        parts.extend(below(&spectrum, &low, lowest));
         return (VerdictKind::Squeal, format!("{}.", parts.join("; ")));
     }
     let limit = searched(job, &spectrum);
-    let damped = least_damped(&spectrum, &names).map_or(String::new(), |text| format!("; {text}"));
+    let more = below(&spectrum, &low, lowest).into_iter().chain(least_damped(&spectrum, &names));
+    let damped: String = more.map(|text| format!("; {text}")).collect();
     match apart {
         Some(apart) => (VerdictKind::Relaxation, format!("No squealing mode found{limit}, but {apart}{damped}.")),
         None => (VerdictKind::Quiet, format!("No squeal found{limit}{damped}.")),
     }
+}
+
+/// Frequency, Hz, below which growth depends on the ends of a rail of finite length; 0 without a rail.
+fn infinite_from(tables: &Tables) -> f64 {
+    let of = |body: &&str| tables.numbers(&format!("/modes/{body}/infinite_from")).first().copied();
+    BODIES.iter().filter_map(of).fold(0.0, f64::max)
+}
+
+/// Growth of the modes `low` below the frequency `lowest`, Hz, in words; none without such modes.
+fn below(spectrum: &Spectrum, low: &[usize], lowest: f64) -> Option<String> {
+    let first = *low.first()?;
+    Some(format!(
+        "growth at {} ({}) depends on the ends of the rail, which is one of infinite length from {} on",
+        listed(spectrum, low),
+        spectrum.rate(first),
+        hertz(lowest)
+    ))
 }
 
 /// Frequencies as `985, 358 and 344 Hz`, at most [`OTHERS`] of them.

@@ -79,6 +79,26 @@ fn quiet_wheel_has_its_least_damped_mode() {
     );
 }
 
+/// Modes below the frequency from which on the rail is endless are told apart, and make no squeal by themselves.
+#[test]
+fn growth_that_depends_on_the_ends_of_the_rail_is_told_apart() {
+    let limit = || Table::scalar("/modes/lower/infinite_from", "Hz", "made", 279.0);
+    let mut tables = tables(&[at(71.0, 37.8), at(965.0, 4.05), at(350.0, -1.0)]);
+    let before = Verdict::new(&job(), &tables).expect("a verdict").sentence;
+    assert!(before.starts_with("Squeals at 71 Hz") && before.contains("also at 965 Hz"), "{before}");
+    tables.push(limit());
+    let said = Verdict::new(&job(), &tables).expect("a verdict");
+    assert!(said.kind == VerdictKind::Squeal && said.sentence.starts_with("Squeals at 965 Hz"), "{}", said.sentence);
+    let apart = "; growth at 71 Hz (38 1/s) depends on the ends of the rail, which is one of infinite length from \
+                 279 Hz on";
+    assert!(said.sentence.contains(apart) && !said.sentence.contains("also at"), "{}", said.sentence);
+    let mut quiet = self::tables(&[at(71.0, 37.8), at(965.0, -4.0)]);
+    quiet.push(limit());
+    let said = Verdict::new(&job(), &quiet).expect("a verdict");
+    assert!(said.kind == VerdictKind::Quiet && said.sentence.contains(apart), "{}", said.sentence);
+    assert!(said.sentence.starts_with("No squeal found up to 6 kHz; growth at 71 Hz"), "{}", said.sentence);
+}
+
 #[test]
 fn eigenvalue_of_both_models_counts_once() {
     let mut tables = tables(&[at(965.0, 4.0), at(965.1, 4.1)]);

@@ -256,7 +256,7 @@ impl<'w> Factor<'w> {
     fn factorise(&mut self, matrix: &DistCsr, name: &str) -> Result<()> {
         let (mut rows, mut cols) = self.pattern(matrix);
         let values: Cow<[f64]> = match self.kind {
-            Symmetry::General => Cow::Owned(matrix.whole().into_owned().values),
+            Symmetry::General => Cow::Owned(matrix.full().into_owned().values),
             // Where nothing else is stored they are there already.
             _ if rows.len() == matrix.values.len() => Cow::Borrowed(&matrix.values),
             _ => Cow::Owned(matrix.lower_triangle(self.world.rank).map(|(_, _, v)| v).collect()),

@@ -11,7 +11,7 @@ const TREAD: [f64; 2] = [-0.033, 0.055];
 fn points(profile: &Profile, step: f64) -> Vec<[f64; 2]> {
     let mut all: Vec<[f64; 2]> = Vec::new();
     for y in profile.nodes(2e-6) {
-        let p = [1e3 * y, 1e3 * profile.at(y).z];
+        let p = [1e3 * y, 1e3 * profile.local(y).z];
         if all.last().is_none_or(|q| (p[0] - q[0]).hypot(p[1] - q[1]) > 1e3 * step) {
             all.push(p);
         }
@@ -30,13 +30,13 @@ fn text(points: &[[f64; 2]]) -> String {
 fn apart(a: &Profile, b: &Profile, range: [f64; 2]) -> f64 {
     (0..2000)
         .map(|i| range[0] + (range[1] - range[0]) * i as f64 / 1999.0)
-        .map(|y| (a.at(y).z - b.at(y).z).abs())
+        .map(|y| (a.local(y).z - b.local(y).z).abs())
         .fold(0.0, f64::max)
 }
 
 /// The profile and the notes behind the line that says what was understood.
 fn of(name: &str, text: &str, kind: ProfileKind) -> Result<(Profile, Vec<String>)> {
-    let (profile, mut notes) = profile_of(name, text, &Reading::of(kind))?;
+    let (profile, mut notes) = profile_of(name, text, &Reading::plain(kind))?;
     assert!(notes[0].contains(" points") && notes[0].contains(" mm apart"), "{}", notes.remove(0));
     Ok((profile, notes.split_off(1)))
 }
@@ -62,7 +62,7 @@ fn a_text_file_gives_the_profile_back_in_either_order_and_orientation() {
         assert!(apart(&plain, &exact, range) < limit, "{}", apart(&plain, &exact, range));
     }
     for y in [-0.03, -0.01, 0.004, 0.02] {
-        let (a, b) = (plain.at(y).curvature(), exact.at(y).curvature());
+        let (a, b) = (plain.local(y).curvature(), exact.local(y).curvature());
         assert!((a - b).abs() < 0.02 * b.abs().max(0.5), "{y}: {a} {b}");
     }
     let reversed: Vec<_> = all.iter().rev().copied().collect();
@@ -84,7 +84,7 @@ fn units_are_asked_for() {
         let text: String = scaled.iter().map(|[y, z]| format!("{y:.12} {z:.12}\n")).collect();
         let error = wheel("w.txt", &text).unwrap_err();
         assert!(error.exit_code() == 3 && error.to_string().contains(looks), "{error}");
-        let reading = Reading { unit: Some(1e-3 / factor), ..Reading::of(ProfileKind::Wheel) };
+        let reading = Reading { unit: Some(1e-3 / factor), ..Reading::plain(ProfileKind::Wheel) };
         assert!(apart(&profile_of("w.txt", &text, &reading).unwrap().0, &s1002().unwrap(), TREAD) < 1e-7);
     }
 }
@@ -195,11 +195,11 @@ fn corners_stay_corners_and_noise_is_smoothed() {
     let mut noisy = points(&exact, 3e-4);
     noisy.iter_mut().for_each(|p| p[1] += 5e-3 * (2.0 * std::f64::consts::PI * p[0] / 1.3).sin());
     let raw = wheel("w.txt", &text(&noisy)).unwrap().0;
-    let reading = Reading { smoothing: 6e-3, ..Reading::of(ProfileKind::Wheel) };
+    let reading = Reading { smoothing: 6e-3, ..Reading::plain(ProfileKind::Wheel) };
     let smooth = profile_of("w.txt", &text(&noisy), &reading).unwrap().0;
     let worst = |p: &Profile| {
         let all = (0..200).map(|i| -0.01 + 1e-4 * i as f64);
-        all.map(|y| (p.at(y).curvature() - exact.at(y).curvature()).abs()).fold(0.0, f64::max)
+        all.map(|y| (p.local(y).curvature() - exact.local(y).curvature()).abs()).fold(0.0, f64::max)
     };
     assert!(worst(&raw) > 80.0 && worst(&smooth) < 0.8, "{} {}", worst(&raw), worst(&smooth));
 }
@@ -233,9 +233,9 @@ fn bad_files_are_named_with_their_line() {
     let word = text(&all).replacen('\n', "\nabc def\n", 1);
     assert!(wheel("w.txt", &word).unwrap_err().to_string().contains("line 2: found \"abc\""));
     assert!(wheel("w.txt", "").unwrap_err().to_string().contains("0 rows of numbers"));
-    let missing = read(Path::new("/nowhere/w.txt"), &Reading::of(ProfileKind::Wheel)).unwrap_err();
+    let missing = read(Path::new("/nowhere/w.txt"), &Reading::plain(ProfileKind::Wheel)).unwrap_err();
     assert!(missing.exit_code() == 3 && missing.to_string().contains("/nowhere/w.txt"));
-    let much = Reading { smoothing: 6.0, ..Reading::of(ProfileKind::Wheel) };
+    let much = Reading { smoothing: 6.0, ..Reading::plain(ProfileKind::Wheel) };
     assert_eq!(profile_of("w.txt", &text(&all), &much).unwrap_err().exit_code(), 2);
 }
 
@@ -246,7 +246,8 @@ fn the_direction_of_z_is_seen_or_asked_for() {
     let all = points(&exact, 5e-4);
     let up = |all: &[[f64; 2]]| text(&all.iter().map(|[y, z]| [*y, -z]).collect::<Vec<_>>());
     let tread: Vec<_> = all.iter().filter(|p| (-30.0..50.0).contains(&p[0])).copied().collect();
-    let given = |text: &str, z| profile_of("w.txt", text, &Reading { z: Some(z), ..Reading::of(ProfileKind::Wheel) });
+    let given =
+        |text: &str, z| profile_of("w.txt", text, &Reading { z: Some(z), ..Reading::plain(ProfileKind::Wheel) });
     for file in [text(&tread), up(&tread)] {
         let error = wheel("w.txt", &file).unwrap_err();
         assert!(error.exit_code() == 3 && error.message().contains("profile.file.z = \"down\" or \"up\""), "{error}");
@@ -269,7 +270,7 @@ fn the_direction_of_z_is_seen_or_asked_for() {
     // A flat piece of a rail's head shows nothing.
     let head: Vec<_> = points(&rail_60e1().unwrap(), 5e-4).into_iter().filter(|p| p[0].abs() < 15.5).collect();
     assert!(rail("r.txt", &text(&head)).unwrap_err().message().contains("no round head"));
-    let reading = Reading { z: Some(Vertical::Up), ..Reading::of(ProfileKind::Rail) };
+    let reading = Reading { z: Some(Vertical::Up), ..Reading::plain(ProfileKind::Rail) };
     let (profile, _) = profile_of("r.txt", &up(&head), &reading).unwrap();
     // Away from the ends, at which a spline does not know the curvature.
     assert!(apart(&profile, &rail_60e1().unwrap(), [-0.012, 0.012]) < 1e-7);
@@ -308,6 +309,6 @@ fn tables_of_spreadsheets_are_followed_or_refused() {
     }
     let file = format!("y (mm) z (mm)\n{}", text(&all));
     let error =
-        profile_of("w.csv", &file, &Reading { unit: Some(1.0), ..Reading::of(ProfileKind::Wheel) }).unwrap_err();
+        profile_of("w.csv", &file, &Reading { unit: Some(1.0), ..Reading::plain(ProfileKind::Wheel) }).unwrap_err();
     assert!(error.message().contains("file.unit = 1 m"), "{error}");
 }

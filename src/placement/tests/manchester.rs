@@ -77,7 +77,7 @@ fn creepages_are_those_of_contact() {
     for (side, row) in rows() {
         let placed = place(side, &row);
         let frame = placed.centred_frame(1e-3 * row["approach"]).unwrap();
-        let motion = Motion { angular_speed: Some(-row["vpitch"]), ..Motion::at(2.0) };
+        let motion = Motion { angular_speed: Some(-row["vpitch"]), ..Motion::free_rolling(2.0) };
         let found = placed.creepages(&frame, &motion).unwrap();
         // Four digits are printed; 1 µm of rolling radius, by which CONTACT's point is deeper, is 2e-6 of ξ.
         for (value, want, slack) in [
@@ -98,10 +98,10 @@ fn rolling_radii_are_those_of_contact() {
     for (side, row) in rows() {
         let placed = place(side, &row);
         let touch = placed.touch();
-        assert!((touch.radius - 0.46 - wheel.at(touch.wheel).z).abs() < 1e-15);
+        assert!((touch.radius - 0.46 - wheel.local(touch.wheel).z).abs() < 1e-15);
         // At the centre of the overlap, in CONTACT's coordinates.
         let (y, z) = (side.sign() * 1e-3 * row["y_w"], 1e-3 * row["z_w"]);
-        let deeper = wheel.at(y).z - z;
+        let deeper = wheel.local(y).z - z;
         assert!(deeper > -1e-6 && deeper < 1.2e-3 * row["approach"], "{side:?} {}: {deeper}", row["case"]);
     }
 }

@@ -39,7 +39,7 @@ fn with_points(
     for row in 0..n + points.len() {
         let own = (row < n).then_some(row);
         let at = own.map_or_else(|| points[row - n], |i| surface.nodes()[i].point.at);
-        surface.at(at, own, kappa, &mut integrals, |_, node, [g, dg]| {
+        surface.integrate(at, own, kappa, &mut integrals, |_, node, [g, dg]| {
             let half = if own == Some(node) { 0.5 } else { 0.0 };
             single[(row, node)] = g;
             double[(row, node)] = half - dg;

@@ -66,7 +66,7 @@ impl<'a> Radiators<'a> {
             (0..2).for_each(|c| point[c] -= middle[c]);
         }
         let farthest = outline.edges.iter().flat_map(|e| e.points).map(|x| x[0].hypot(x[1])).fold(0.0, f64::max);
-        let highest = air.wave_number(bands.end());
+        let highest = air.wave_number(bands.highest());
         let meshed = Meshed::new(&outline, (PANEL * 2.0 * PI / highest).min(PANEL_OF_SIZE * farthest));
         let normal = meshed.normal(rail.motion());
         let nodes = meshed.surface.nodes();
@@ -135,7 +135,7 @@ impl<'a> Radiators<'a> {
             let ratio = pair[1] / pair[0];
             all.extend((0..FINER).map(|i| pair[0] * ratio.powf(i as f64 / FINER as f64)));
         }
-        all.push(bands.end());
+        all.push(bands.highest());
         all
     }
 

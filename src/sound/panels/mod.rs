@@ -5,5 +5,7 @@ mod panel;
 mod surface;
 
 pub use mesh::Meshed;
-pub use panel::{Integrals, Kernel, Node, Panel, Point, NODES};
+#[cfg(test)]
+pub use panel::Panel;
+pub use panel::{Integrals, Kernel, Node, Point};
 pub use surface::Surface;

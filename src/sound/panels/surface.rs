@@ -22,14 +22,9 @@ impl Surface {
         &self.nodes
     }
 
-    /// The panels.
-    pub fn panels(&self) -> &[Panel] {
-        &self.panels
-    }
-
     /// The integral operators at a point (r, y): `[orders][2][nodes]` one after the other go to `take` as (order,
     /// node, [∫ G, ∫ ∂G/∂n′]).
-    pub fn at<K: Kernel>(
+    pub fn integrate<K: Kernel>(
         &self,
         at: [f64; 2],
         own: Option<usize>,

@@ -81,7 +81,7 @@ impl<'s> Exterior<'s> {
         for row in 0..n + points.len() {
             let own = (row < n).then_some(row);
             let at = own.map_or_else(|| points[row - n], |i| surface.nodes()[i].point.at);
-            surface.at(at, own, k, &mut integrals, |order, node, [single, double]| {
+            surface.integrate(at, own, k, &mut integrals, |order, node, [single, double]| {
                 let half = if own == Some(node) { 0.5 } else { 0.0 };
                 operators[order][0][(row, node)] = single;
                 operators[order][1][(row, node)] = half - double;
@@ -161,22 +161,6 @@ impl<'s> Exterior<'s> {
             }
         }
         d
-    }
-
-    /// Pressure at a point (r, y) outside of the body, Pa, `[m]`, in the plane where cos nθ = 1.
-    pub fn pressure(&self, field: &Field, at: [f64; 2]) -> Vec<Complex64> {
-        let k = self.air.wave_number(self.frequency);
-        let mut integrals = Integrals::new(Layers::new(field.order), field.order + 1);
-        let mut p = vec![Complex64::default(); field.velocity.ncols()];
-        let source = Complex64::i() * self.angular() * self.air.density;
-        self.surface.at(at, None, k, &mut integrals, |order, node, [single, double]| {
-            if order == field.order {
-                for (c, p) in p.iter_mut().enumerate() {
-                    *p += double * field.pressure[(node, c)] + single * source * field.velocity[(node, c)];
-                }
-            }
-        });
-        p
     }
 }
 

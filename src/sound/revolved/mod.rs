@@ -12,5 +12,5 @@ mod exterior;
 mod modes;
 mod ring;
 
-pub use exterior::{square, Exterior, Field};
+pub use exterior::{square, Exterior};
 pub use modes::Radiators;

@@ -40,7 +40,7 @@ impl<'a> Radiators<'a> {
             let parts = ((pair[1] - pair[0]) / most).ceil().max(1.0) as usize;
             all.extend((0..parts).map(|i| pair[0] + (pair[1] - pair[0]) * i as f64 / parts as f64));
         }
-        all.push(bands.end());
+        all.push(bands.highest());
         all
     }
 
@@ -72,7 +72,7 @@ impl<'a> Radiators<'a> {
     pub fn of_plane_waves(&self, bands: &Bands) -> Result<Vec<f64>> {
         let m = self.modes.count;
         let mut all = vec![0.0; m * m];
-        let meshed = self.meshed(bands.end());
+        let meshed = self.meshed(bands.highest());
         let factor = self.air.density * self.air.speed;
         self.spread(&mut all, |order, motion| {
             let found = square(&meshed.surface, order, &meshed.normal(motion));

@@ -35,7 +35,7 @@ impl Layers {
 
     /// Integrates the kernel over `ring` at the point (r, y) `at` (m), with the wave number `k` (1/m). The point must
     /// not lie on the ring.
-    pub fn of(&mut self, ring: &Point, at: [f64; 2], k: f64) {
+    pub fn integrate(&mut self, ring: &Point, at: [f64; 2], k: f64) {
         let [dr, dy] = [ring.at[0] - at[0], ring.at[1] - at[1]];
         let across = 4.0 * at[0] * ring.at[0];
         let near = dr.hypot(dy);
@@ -100,7 +100,7 @@ impl Layers {
 
 impl Kernel for Layers {
     fn of(&mut self, source: &Point, at: [f64; 2], k: f64) -> &[[Complex64; 2]] {
-        Layers::of(self, source, at, k);
+        Layers::integrate(self, source, at, k);
         // A radian of the ring is as long as its radius.
         self.of_order.iter_mut().flatten().for_each(|v| *v *= source.at[0]);
         &self.of_order
@@ -199,7 +199,7 @@ mod tests {
             for (dr, dy) in [(1e-7, 2e-7), (1e-4, 0.0), (0.003, -0.004), (-0.02, 0.01), (0.1, 0.15), (0.0, 7.5)] {
                 for k in [0.02, 3.0, 40.0, 130.0] {
                     let ring = Point { at: [f64::abs(r + dr), dy], normal };
-                    layers.of(&ring, [r, 0.0], k);
+                    layers.integrate(&ring, [r, 0.0], k);
                     for n in [0, 1, 3, 8, 12] {
                         let wanted = brute(&ring, [r, 0.0], k, n);
                         // Beside what the ring makes of a uniform strength: high orders of a distant ring are next to
@@ -223,7 +223,7 @@ mod tests {
     fn the_axis_sees_order_0_only() {
         let ring = Point { at: [0.3, 0.4], normal: [1.0, 0.0] };
         let mut layers = Layers::new(3);
-        layers.of(&ring, [0.0, 0.0], 5.0);
+        layers.integrate(&ring, [0.0, 0.0], 5.0);
         let g = Complex64::from_polar(2.0 * PI / (4.0 * PI * 0.5), -2.5);
         let wanted = [g, -(1.0 + Complex64::i() * 2.5) * g * 0.3 / 0.25];
         for (n, found) in layers.of_order.iter().enumerate() {

@@ -21,7 +21,7 @@ pub(super) struct Reals {
 
 impl Reals {
     /// The rows `span` of vectors of `n` rows each.
-    pub fn of(x: &[C], n: usize, span: Range<usize>) -> Self {
+    pub fn from_rows(x: &[C], n: usize, span: Range<usize>) -> Self {
         let vectors = || x.chunks_exact(n).map(|x| &x[span.clone()]);
         let re = vectors().flat_map(|x| x.iter().map(|v| v.re));
         Self {
@@ -114,7 +114,7 @@ mod tests {
         let values = (0..3 * rows).map(|i| ((i * 7) % 13) as f64 - 6.0).collect();
         let columns = Columns { rows, values };
         let x: Vec<C> = (0..2 * n).map(|i| C::new((i % 5) as f64, (i % 3) as f64 - 1.0)).collect();
-        let part = Reals::of(&x, n, first..first + rows);
+        let part = Reals::from_rows(&x, n, first..first + rows);
         assert_eq!(part.width(), 4);
         let dots = columns.dots(2, &part);
         for (k, dots) in dots.iter().enumerate() {

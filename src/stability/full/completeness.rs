@@ -64,11 +64,11 @@ fn hertz(height: f64) -> f64 {
 }
 
 /// An eigenvalue: disc and place in its list.
-pub type Found = (usize, usize);
+pub type EigenvalueIndex = (usize, usize);
 
 /// The eigenvalues with Im λ between 0 and the height of the wedge that the discs hold, ascending, each once. An
 /// error if the discs leave a gap in the wedge or disagree where they overlap.
-pub fn merge(discs: &[Disc], wedge: &Wedge) -> Result<Vec<Found>> {
+pub fn merge(discs: &[Disc], wedge: &Wedge) -> Result<Vec<EigenvalueIndex>> {
     let mut spans: Vec<(usize, f64, f64)> = discs
         .iter()
         .enumerate()
@@ -115,7 +115,7 @@ fn gap(low: f64, high: f64) -> Error {
     ))
 }
 
-fn take(disc: &Disc, index: usize, from: f64, to: f64, places: &mut Vec<Found>) {
+fn take(disc: &Disc, index: usize, from: f64, to: f64, places: &mut Vec<EigenvalueIndex>) {
     for (at, v) in disc.found.iter().enumerate() {
         // Real eigenvalues come with an imaginary part of rounding.
         let inside = v.im > from.max(SAME * v.norm()) && v.im <= to;

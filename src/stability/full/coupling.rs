@@ -167,7 +167,7 @@ impl Coupling {
 
     /// Factorises the contact problem at λ = `shift` for bodies whose receptance on the rows is `receptance` (y = H
     /// R), m/N, `[3m, 3m]`.
-    pub fn at(&self, receptance: &Mat<C>, shift: C) -> Result<CoupledContact> {
+    pub fn factorise(&self, receptance: &Mat<C>, shift: C) -> Result<CoupledContact> {
         let k = self.closed();
         let h = receptance;
         // Forces in units that make H of order one.

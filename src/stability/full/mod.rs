@@ -3,12 +3,12 @@
 
 mod columns;
 pub mod completeness;
-pub mod coupling;
+pub(crate) mod coupling;
 mod damping;
 pub(super) mod inverse;
-pub mod pairs;
+pub(crate) mod pairs;
 mod part;
-pub mod residuals;
+pub(crate) mod residuals;
 mod rotation_correction;
 mod shift;
 pub mod system;
@@ -25,7 +25,7 @@ use crate::progress::Progress;
 use crate::{Error, Result};
 use completeness::{Disc, Wedge};
 use num_complex::Complex;
-use pairs::{Around, FullEigenpair};
+use pairs::{FullEigenpair, ShiftSpectrum};
 use residuals::Residuals;
 use system::System;
 
@@ -215,7 +215,7 @@ fn around(
         let stiffening = stiffening.map(|s| s.re);
         pairs.push(FullPair { value, motion, pressure, forces, damping, stiffening, residuals, confirmation });
     }
-    let Around { radius, solves, corrected, .. } = around;
+    let ShiftSpectrum { radius, solves, corrected, .. } = around;
     let radius = radius * (1.0 - 1e-9);
     let report = ShiftReport { shift, radius, found: pairs.len(), solves, corrected };
     Ok((pairs, report))

@@ -48,7 +48,7 @@ pub struct FullEigenpair {
 
 /// Eigenpairs around a shift.
 #[derive(Debug, Clone)]
-pub struct Around {
+pub struct ShiftSpectrum {
     /// The nearest first; none is left out among them.
     pub pairs: Vec<FullEigenpair>,
     /// Distance from the shift within which all are known, 1/s.
@@ -78,7 +78,7 @@ impl System<'_> {
         method: Method,
         (count, reach): (usize, f64),
         progress: &mut dyn FnMut(usize, usize),
-    ) -> Result<Around> {
+    ) -> Result<ShiftSpectrum> {
         let mut solves = 0;
         self.accuracy = None;
         if self.turns() {
@@ -99,7 +99,7 @@ impl System<'_> {
         let radius = values.iter().map(|v| (v - self.sigma).norm()).fold(0.0, f64::max);
         let found = values.into_iter().zip(found.vectors).zip(residuals);
         let pairs = found.map(|((value, vector), residuals)| FullEigenpair { value, vector, residuals }).collect();
-        Ok(Around { pairs, radius, solves, corrected: self.accuracy.is_some() })
+        Ok(ShiftSpectrum { pairs, radius, solves, corrected: self.accuracy.is_some() })
     }
 
     /// Collective: the `count` pairs nearest to the shift with residuals of `tolerance`, and vectors beside them that
@@ -131,7 +131,7 @@ impl System<'_> {
     /// Collective: the pairs of the whole problem that those of the `nearby` one within the `reach` (1/s) become;
     /// those beyond help. `None` where they come so slowly that corrected solutions take less. The columns that are
     /// solved for are added to `solves`.
-    fn improve(&mut self, nearby: Ritz, reach: f64, solves: &mut usize) -> Result<Option<Around>> {
+    fn improve(&mut self, nearby: Ritz, reach: f64, solves: &mut usize) -> Result<Option<ShiftSpectrum>> {
         let target = self.sigma / self.rate;
         let n = Quadratic::n_local(self);
         let distance = |l: &C| (l - target).norm();
@@ -186,6 +186,6 @@ impl System<'_> {
         let radius = (bound - 2.0 * moved) * self.rate;
         let mut pairs: Vec<FullEigenpair> = done.into_iter().flatten().collect();
         pairs.sort_by(|a, b| (a.value - self.sigma).norm().total_cmp(&(b.value - self.sigma).norm()));
-        Ok(Some(Around { pairs, radius, solves: *solves, corrected: false }))
+        Ok(Some(ShiftSpectrum { pairs, radius, solves: *solves, corrected: false }))
     }
 }

@@ -102,7 +102,7 @@ impl<'a> FullBody<'a> {
     }
 
     /// Its rows of a local vector.
-    pub fn of<'v>(&self, x: &'v [C]) -> &'v [C] {
+    pub fn local_rows<'v>(&self, x: &'v [C]) -> &'v [C] {
         &x[self.first..self.first + self.len()]
     }
 
@@ -122,7 +122,7 @@ impl<'a> FullBody<'a> {
 
     /// This rank's rows of it in vectors of `n` rows each.
     pub fn reals(&self, x: &[C], n: usize) -> Reals {
-        Reals::of(x, n, self.first..self.first + self.len())
+        Reals::from_rows(x, n, self.first..self.first + self.len())
     }
 
     /// Collective: its matrix of this power of λ times motions.

@@ -33,14 +33,14 @@ impl System<'_> {
         for pairs in pairs.chunks(BLOCK) {
             let values: Vec<C> = pairs.iter().map(|p| p.0).collect();
             let vectors = pairs.iter().map(|p| p.1).collect::<Vec<_>>().concat();
-            let rest = self.rest(&values, &vectors)?;
+            let rest = self.apply(&values, &vectors)?;
             all.extend(self.judge(&values, &vectors, rest)?.into_iter().map(|j| j.residuals));
         }
         Ok(all)
     }
 
     /// Collective: P(λ)x of pairs (λ in 1/s; x one behind the other).
-    pub(super) fn rest(&mut self, values: &[C], vectors: &[C]) -> Result<Vec<C>> {
+    pub(super) fn apply(&mut self, values: &[C], vectors: &[C]) -> Result<Vec<C>> {
         let n = vectors.len() / values.len().max(1);
         let [mut sum, damped, inertia] = self.images(vectors, values.len())?;
         let moving = damped.chunks_exact(n).zip(inertia.chunks_exact(n));

@@ -92,7 +92,7 @@ impl System<'_> {
         for _ in 0..CORRECTIONS {
             let last: Vec<C> = open.iter().filter_map(|column| column.basis.last()).flatten().copied().collect();
             let mut images = match transposed {
-                false => self.rest(&vec![self.sigma; open.len()], &last)?,
+                false => self.apply(&vec![self.sigma; open.len()], &last)?,
                 true => self.transposed_rest(&last, open.len()),
             };
             self.solve_seen(&mut images, open.len(), transposed)?;

@@ -86,7 +86,7 @@ impl<'a> System<'a> {
             }
             modal.push(correction);
         }
-        let contact = self.world.on_root(|| self.coupling.at(&receptance, sigma))?;
+        let contact = self.world.on_root(|| self.coupling.factorise(&receptance, sigma))?;
         self.shift = Some(Shift { bodies, modal, contact });
         self.sigma = sigma;
         Ok(sigma)
@@ -101,7 +101,7 @@ impl<'a> System<'a> {
             let columns = some.len() / (count + m);
             let first = (m + at * BLOCK) * n;
             let z: Vec<C> = (first..first + columns * n).map(|i| body.response(i)).collect();
-            let own = damping.loads.dots(count, &Reals::of(&z, n.max(1), 0..n));
+            let own = damping.loads.dots(count, &Reals::from_rows(&z, n.max(1), 0..n));
             for (k, out) in some.chunks_exact_mut(count + m).enumerate() {
                 if let Some(own) = own.get(k) {
                     out[..count].copy_from_slice(own);
@@ -212,7 +212,7 @@ impl<'a> System<'a> {
         let mut columns: Vec<C> = Vec::new();
         for x in x.chunks_exact(n) {
             for part in &parts {
-                columns.extend(part.of(x).iter().map(|v| v * self.stiffness));
+                columns.extend(part.local_rows(x).iter().map(|v| v * self.stiffness));
             }
         }
         body.solve(&mut columns, parts.len() * (x.len() / n))?;

@@ -142,7 +142,7 @@ impl<'a> System<'a> {
 
     /// Collective: the motion of the two bodies (local rows) and the pressures (N, on every rank) of a vector.
     pub fn split(&self, x: &[C]) -> ([Vec<C>; 2], Vec<C>) {
-        let of = |p: usize| self.parts.get(p).map_or(Vec::new(), |p| p.of(x).to_vec());
+        let of = |p: usize| self.parts.get(p).map_or(Vec::new(), |p| p.local_rows(x).to_vec());
         ([of(0), of(1)], self.pressures_of(x))
     }
 

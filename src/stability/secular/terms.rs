@@ -37,7 +37,7 @@ impl Terms {
 
     /// Shares of all at λ, real and imaginary parts, and those of their derivatives where `out` has four lists, of
     /// `columns` each; and what they have of the logarithmic derivative of P.
-    pub fn at(&self, lambda: C, out: &mut [&mut [f64]]) -> C {
+    pub fn evaluate(&self, lambda: C, out: &mut [&mut [f64]]) -> C {
         let [re, im, more @ ..] = out else { return C::default() };
         let derivatives = match more {
             [re, im] => Some([&mut **re, &mut **im]),
@@ -214,7 +214,7 @@ mod tests {
             let shares = |lambda: C| {
                 let mut out = vec![vec![0.0; n]; 4];
                 let mut all: Vec<&mut [f64]> = out.iter_mut().map(|v| &mut v[..]).collect();
-                let slope = terms.at(lambda, &mut all);
+                let slope = terms.evaluate(lambda, &mut all);
                 (out, slope)
             };
             let (out, slope) = shares(lambda);
@@ -240,7 +240,7 @@ mod tests {
             }
             let mut few = vec![vec![0.0; n]; 2];
             let mut parts: Vec<&mut [f64]> = few.iter_mut().map(|v| &mut v[..]).collect();
-            assert_eq!(terms.at(lambda, &mut parts), slope);
+            assert_eq!(terms.evaluate(lambda, &mut parts), slope);
             assert_eq!(few, out[..2]);
             for (i, [share, by]) in want.iter().enumerate() {
                 let found = [0, 2].map(|k| C::new(out[k][i], out[k + 1][i]));

@@ -184,8 +184,8 @@ fn modes_are_kept_for_the_same_bodies() {
     let s = interface();
     let pair = bodies(&s);
     let (all, some): (Vec<usize>, Vec<usize>) = ((0..3 * s.len()).collect(), (60..90).collect());
-    let (first, _) = Modes::at(&pair, &all, 1.9).unwrap();
-    let (again, shapes) = Modes::at(&pair, &some, 1.9).unwrap();
+    let (first, _) = Modes::build(&pair, &all, 1.9).unwrap();
+    let (again, shapes) = Modes::build(&pair, &some, 1.9).unwrap();
     assert!(Rc::ptr_eq(&first, &again));
     let asked = pair.modes.as_ref() * again.seen_by().transpose();
     for (row, j) in (0..3 * s.len()).flat_map(|row| (0..again.seen).map(move |j| (row, j))) {
@@ -195,10 +195,10 @@ fn modes_are_kept_for_the_same_bodies() {
     // A row that moves as none did.
     let mut other = pair.clone();
     other.modes[(70, 3)] += 0.01;
-    assert!(!Rc::ptr_eq(&first, &Modes::at(&other, &some, 1.9).unwrap().0));
+    assert!(!Rc::ptr_eq(&first, &Modes::build(&other, &some, 1.9).unwrap().0));
     let mut damped = pair.clone();
     damped.damping = damped.damping.with_diagonal(&[0.1; MODES[0] + MODES[1]]);
-    assert!(!Rc::ptr_eq(&first, &Modes::at(&damped, &some, 1.9).unwrap().0));
+    assert!(!Rc::ptr_eq(&first, &Modes::build(&damped, &some, 1.9).unwrap().0));
 }
 
 /// The count detects a missing eigenvalue: where an unlisted one stands in the place of a listed one, each is single.

@@ -1,7 +1,7 @@
 use super::*;
 use crate::fem::Material;
 use crate::swept::modes::of_order;
-use crate::swept::{cylinder, Cylinder, Forms, Given};
+use crate::swept::{cylinder, Cylinder, Forms, SectionSource};
 use std::f64::consts::TAU;
 use std::rc::Rc;
 
@@ -71,7 +71,7 @@ fn frequencies(section: Section, order: usize) -> Vec<f64> {
 fn a_drawn_ring_is_the_built_in_one() {
     let spec =
         Cylinder { inner_radius: 0.1, outer_radius: 0.5, thickness: 0.1, crown_radius: None, contact_offset: 0.02 };
-    let wanted = frequencies(Given::Cylinder(spec).for_modes().expect("section"), 2);
+    let wanted = frequencies(SectionSource::Cylinder(spec).for_modes().expect("section"), 2);
     assert_eq!(wanted.len(), 3);
     for (triangles, second) in [(false, false), (false, true), (true, false), (true, true)] {
         let drawn = Rc::new(ring(24, triangles, second).made().expect("a ring"));
@@ -79,7 +79,7 @@ fn a_drawn_ring_is_the_built_in_one() {
         let [r, slope] = drawn.running(0.013).expect("on the line");
         assert!((r - 0.5).abs() < 1e-15 && slope.abs() < 1e-12);
         assert_eq!(drawn.running(0.051), None);
-        let given = Given::Drawn { drawn, offset: 0.02, mirrored: false };
+        let given = SectionSource::Drawn { drawn, offset: 0.02, mirrored: false };
         for section in [given.for_modes(), given.for_loads(3e-3)].map(|s| s.expect("section")) {
             assert!((section.volume() / (TAU * 0.5 * (0.25 - 0.01) * 0.1) - 1.0).abs() < 1e-12);
             let found = frequencies(section, 2);
@@ -96,7 +96,7 @@ fn a_drawn_ring_is_the_built_in_one() {
 fn the_contact_is_made_finer() {
     let drawn = Rc::new(ring(12, false, true).made().expect("a ring"));
     for mirrored in [false, true] {
-        let given = Given::Drawn { drawn: Rc::clone(&drawn), offset: 0.02, mirrored };
+        let given = SectionSource::Drawn { drawn: Rc::clone(&drawn), offset: 0.02, mirrored };
         let section = given.for_loads(3e-3).expect("section");
         let [first, last] =
             [section.tread[0][0], section.tread[section.tread.len() - 1][1]].map(|k| section.nodes[k][1]);
@@ -130,8 +130,9 @@ fn edges_stay_on_their_curve() {
         x[0] -= x[1] * x[1] / (2.0 * 0.3);
     }
     let drawn = Rc::new(drawing.made().expect("a crowned ring"));
-    let section =
-        Given::Drawn { drawn: Rc::clone(&drawn), offset: 0.0, mirrored: false }.for_loads(3e-3).expect("section");
+    let section = SectionSource::Drawn { drawn: Rc::clone(&drawn), offset: 0.0, mirrored: false }
+        .for_loads(3e-3)
+        .expect("section");
     for &k in section.tread.iter().flatten() {
         let [r, y] = section.nodes[k];
         assert!((r - (top - y * y / 0.6)).abs() < 1e-12, "{r} {y}");
@@ -196,18 +197,19 @@ fn what_cannot_be_a_section_is_refused() {
     says(with(&strip([[0.55, 0.06], [0.44, 0.02], [0.43, 0.0]])), &["overlap"]);
     says(with(&strip([[0.55, 0.06], [0.44, 0.1], [0.44, 0.0]])), &["crosses itself"]);
     let drawn = Rc::new(ring(8, false, false).made().expect("a ring"));
-    let beside = Given::Drawn { drawn, offset: 0.07, mirrored: false }.for_modes().expect_err("beside").to_string();
+    let beside =
+        SectionSource::Drawn { drawn, offset: 0.07, mirrored: false }.for_modes().expect_err("beside").to_string();
     says(beside, &["y = 0.07", "from -0.05 to 0.05 m"]);
     let mut steep = ring(8, false, false);
     steep.nodes.iter_mut().filter(|x| x[0] > 0.49).for_each(|x| x[0] -= 0.5 * x[1]);
     let cone = Rc::new(steep.made().expect("a cone"));
     says(cone.refuse_steep(0.0).expect_err("steep").to_string(), &["slope -0.50", "at most 0.2"]);
-    Given::Drawn { drawn: cone, offset: 0.0, mirrored: false }.for_modes().expect("a frame along the cone");
+    SectionSource::Drawn { drawn: cone, offset: 0.0, mirrored: false }.for_modes().expect("a frame along the cone");
     let mut steep = ring(8, false, false);
     steep.nodes.iter_mut().for_each(|x| x[0] += 0.5 - 6.0 * x[1]);
     let wall = Rc::new(steep.made().expect("a wall"));
     says(
-        Given::Drawn { drawn: wall, offset: 0.0, mirrored: false }.for_modes().expect_err("steep").to_string(),
+        SectionSource::Drawn { drawn: wall, offset: 0.0, mirrored: false }.for_modes().expect_err("steep").to_string(),
         &["slope -6.00", "80 degrees"],
     );
 }

@@ -7,7 +7,7 @@
 //! met, no strain at an integration point has a part of a node on the axle that goes with 1/r.
 
 use super::super::Section;
-use super::{Block, Pairs};
+use super::{Block, NodePairs};
 use faer::Mat;
 use std::collections::HashMap;
 
@@ -30,13 +30,13 @@ fn times(a: &Block, b: &Block) -> Block {
 pub(super) struct AxisNodes {
     /// Their numbers among the free nodes.
     nodes: Vec<usize>,
-    /// Pairs of nodes with one of them, by their index: whether the first and the second node are on the axle.
+    /// NodePairs of nodes with one of them, by their index: whether the first and the second node are on the axle.
     pairs: HashMap<usize, [bool; 2]>,
 }
 
 impl AxisNodes {
     /// The nodes of `section` on the axle, with the numbers `place` of the free nodes, and their pairs.
-    pub fn new(section: &Section, place: &[Option<usize>], pairs: &Pairs) -> Self {
+    pub fn new(section: &Section, place: &[Option<usize>], pairs: &NodePairs) -> Self {
         let mut nodes: Vec<usize> = section.on_axle().filter_map(|k| place[k]).collect();
         nodes.sort_unstable();
         let on = |a: usize| nodes.binary_search(&a).is_ok();

@@ -21,9 +21,9 @@ impl Forms {
         let mut load = Mat::zeros(self.order(), 1);
         for element in &self.section.elements {
             for shape in element.kind.points() {
-                let (r, jacobian) = self.section.at(element, &shape);
+                let (r, jacobian) = self.section.jacobian(element, &shape);
                 let density = self.section.material(element, self.material).density;
-                let weight = self.path.whole(0) * density * r * r * jacobian.determinant * shape.weight;
+                let weight = self.path.length_integral(0) * density * r * r * jacobian.determinant * shape.weight;
                 for (&node, value) in element.nodes.iter().zip(&shape.value) {
                     if let Some(k) = self.amplitude(node) {
                         load[(k, 0)] += weight * value;
@@ -33,7 +33,7 @@ impl Forms {
         }
         for (node, mass) in self.rings.masses() {
             if let Some(k) = self.amplitude(node) {
-                load[(k, 0)] += self.path.whole(0) * mass * self.section.nodes[node][0];
+                load[(k, 0)] += self.path.length_integral(0) * mass * self.section.nodes[node][0];
             }
         }
         // Motions of a free body as a whole cost next to nothing, so that they neither come nor make the stiffness
@@ -50,7 +50,7 @@ impl Forms {
         for element in &self.section.elements {
             let (lambda, shear) = self.section.material(element, self.material).lame();
             for shape in element.kind.points() {
-                let (r, jacobian) = self.section.at(element, &shape);
+                let (r, jacobian) = self.section.jacobian(element, &shape);
                 let slopes: Vec<[f64; 2]> = shape.slope.iter().map(|&s| jacobian.slope(s)).collect();
                 let mut stressed = [0.0; 6];
                 for (i, &node) in element.nodes.iter().enumerate() {

@@ -212,7 +212,7 @@ fn rings_on_a_turning_wheel_have_the_closed_form() {
 fn mirrored_wheels_have_the_same_modes() {
     let place = [0.39, -0.03];
     let found = [false, true].map(|mirrored| {
-        let given = Given::Wheel(Wheel { mirrored, height: Some(0.0), ..Wheel::w920s(0.01) });
+        let given = SectionSource::Wheel(Wheel { mirrored, height: Some(0.0), ..Wheel::w920s(0.01) });
         let section = given.for_modes().unwrap();
         let tuned = Attachment { place, ..absorber(2, 10.0, 2.0 * PI * 900.0, 0.2) };
         let attached = given.attached(&section, &[tuned]).unwrap();
@@ -221,7 +221,7 @@ fn mirrored_wheels_have_the_same_modes() {
         let forms = Forms::carrying(section, STEEL, (&["inner".to_string()], &[]), &attached).unwrap();
         let prestress = forms.centrifugal().unwrap();
         let modes = of_order(&forms, 3, 2.0 * PI * 3000.0).unwrap();
-        Seen::of(&forms, &modes, &[], Some(&prestress))
+        ContactModeData::new(&forms, &modes, &[], Some(&prestress))
     });
     let [a, b] = &found;
     assert!(a.omega.len() > 2 && a.omega.len() == b.omega.len());
@@ -309,7 +309,7 @@ fn places_on_a_section_are_found() {
     }
     let found = ring_section().nearest([0.3, 0.0531]).unwrap();
     assert!((found.distance - 0.0031).abs() < 1e-9 && (found.place[1] - 0.05).abs() < 1e-9, "{found:?}");
-    let given = Given::Wheel(Wheel { mirrored: true, height: Some(0.0), ..Wheel::w920s(0.01) });
+    let given = SectionSource::Wheel(Wheel { mirrored: true, height: Some(0.0), ..Wheel::w920s(0.01) });
     let section = given.for_modes().unwrap();
     let beside =
         Attachment { place: [0.3, -0.04], name: "bodies.upper.absorbers.1".into(), ..absorber(2, 1.0, 1e3, 0.0) };
@@ -324,7 +324,7 @@ fn places_on_a_section_are_found() {
         assert!(text.contains(part), "{text}");
     }
     let wheel = |offset: f64, mass: f64| {
-        let given = Given::Wheel(Wheel::w920s(offset));
+        let given = SectionSource::Wheel(Wheel::w920s(offset));
         let section = given.for_modes().unwrap();
         let attached =
             given.attached(&section, &[Attachment { place: [0.39, -0.04], ..absorber(2, mass, 1e3, 0.1) }]).unwrap();

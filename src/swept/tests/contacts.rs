@@ -1,19 +1,20 @@
 //! Several contacts on one body: beside half-spaces, modes and each other.
 
-use super::super::modes::seen;
+use super::super::modes::contact_functions;
 use super::*;
 
 const CIRCLE: Patch = Patch { radius: 5e-3 };
 
 /// A wide ring of steel, held at its bore: at the scale of some centimetres a half-space and a smooth rest.
-fn wide(contact_offset: f64) -> Given {
+fn wide(contact_offset: f64) -> SectionSource {
     let ring = Cylinder { inner_radius: 0.1, outer_radius: 0.5, thickness: 0.5, crown_radius: None, contact_offset };
-    Given::Cylinder(ring)
+    SectionSource::Cylinder(ring)
 }
 
 /// A of contacts on `given` at places y of the section, m, and angles about the axle, rad.
-fn between(given: &Given, contacts: &[(f64, f64)], patches: &[Patch], every: bool) -> Mat<f64> {
-    let places: Vec<RunningPlace> = contacts.iter().map(|&(y, _)| RunningPlace { y, height: None }).collect();
+fn between(given: &SectionSource, contacts: &[(f64, f64)], patches: &[Patch], every: bool) -> Mat<f64> {
+    let places: Vec<RunningPlace> =
+        contacts.iter().map(|&(y, _)| RunningPlace { y, height: None, opposite: false }).collect();
     let radii: Vec<f64> = patches.iter().map(|patch| patch.radius).collect();
     // The own contact of the section is that of the first.
     let forms = clamped(given.for_loads_at(&places[1..], &radii).unwrap(), STEEL);
@@ -83,9 +84,9 @@ fn half_space(apart: [f64; 2]) -> Square {
 /// The own sum takes it order by order off, the one between them has all of it.
 #[test]
 fn contacts_at_one_place_have_equal_blocks() {
-    let given = Given::Cylinder(annulus(None, 0.0));
+    let given = SectionSource::Cylinder(annulus(None, 0.0));
     let all = between(&given, &[(0.0, 0.0), (0.0, 0.0)], &[CIRCLE; 2], false);
-    let known = HalfSpaceLoad { patch: CIRCLE, shear: STEEL.shear(), poisson: STEEL.poisson }.whole();
+    let known = HalfSpaceLoad { patch: CIRCLE, shear: STEEL.shear(), poisson: STEEL.poisson }.sum();
     let moments = CIRCLE.moments();
     let (own, other, cross) = (pair(&all, 0, 0), pair(&all, 1, 1), pair(&all, 0, 1));
     assert_eq!(own, other);
@@ -148,7 +149,7 @@ fn contacts_on_a_large_body_are_those_of_a_half_space() {
 /// between the blocks costs less than 0.05 % of what the contacts do to each other.
 #[test]
 fn blocks_of_orders_keep_what_oscillates() {
-    let given = Given::Cylinder(annulus(None, -0.02));
+    let given = SectionSource::Cylinder(annulus(None, -0.02));
     let contacts = [(-0.02, 0.0), (0.02, 0.0), (-0.02, 0.12), (0.0, 0.5 * PI)];
     let patches = vec![Patch { radius: 0.010 }; contacts.len()];
     let [blocks, each] = [false, true].map(|every| between(&given, &contacts, &patches, every));
@@ -177,7 +178,7 @@ fn blocks_of_orders_keep_what_oscillates() {
 /// x.
 #[test]
 fn contacts_round_the_circle_are_each_other_turned() {
-    let given = Given::Cylinder(annulus(None, 0.03));
+    let given = SectionSource::Cylinder(annulus(None, 0.03));
     let contacts = [0.0, 0.5 * PI, PI, 1.5 * PI].map(|angle| (0.03, angle));
     let all = between(&given, &contacts, &[CIRCLE; 4], false);
     let size = all.norm_max();
@@ -203,21 +204,22 @@ fn contacts_round_the_circle_are_each_other_turned() {
 /// apart; with itself it does not, the contact being local.
 #[test]
 fn modes_are_what_one_contact_does_to_the_other() {
-    let given = Given::Cylinder(annulus(None, -0.02));
+    let given = SectionSource::Cylinder(annulus(None, -0.02));
     let contacts = [(-0.02, 0.0), (0.02, 0.3)];
     let all = between(&given, &contacts, &[CIRCLE; 2], false);
     let forms = clamped(given.for_modes().unwrap(), STEEL);
-    let at = |&(y, along): &(f64, f64)| given.contact_at(RunningPlace { y, height: None }).at_place(along);
+    let at =
+        |&(y, along): &(f64, f64)| given.contact_at(RunningPlace { y, height: None, opposite: false }).at_place(along);
     let places: Vec<SectionContact> = contacts.iter().map(at).collect();
     let mut left = Vec::new();
     for limit in [8e3, 32e3] {
         let of = |n: usize| {
             let modes = of_order(&forms, n, 2.0 * PI * limit)?;
-            let loads: Vec<LineLoad> = places.iter().map(|p| LineLoad::at(&forms, CIRCLE, n, p)).collect();
-            let found = seen(modes.vectors.as_ref(), &loads);
+            let loads: Vec<LineLoad> = places.iter().map(|p| LineLoad::for_contact(&forms, CIRCLE, n, p)).collect();
+            let found = contact_functions(modes.vectors.as_ref(), &loads);
             let mut sum = Mat::<f64>::zeros(2 * LOADS, 2 * LOADS);
             for k in 0..modes.omega.len() {
-                for family in 0..Seen::families(n) {
+                for family in 0..ContactModeData::families(n) {
                     let shares = [loads[0].shares(family), loads[1].shares(family)].concat();
                     let psi = Mat::from_fn(2 * LOADS, 1, |i, _| shares[i] * found[(i, k)] / modes.omega[k]);
                     sum += &psi * psi.transpose();
@@ -275,9 +277,9 @@ fn near_contacts_are_off_by_so_much() {
 #[test]
 fn tread_and_flange_of_a_wheel_do_the_same_to_each_other() {
     let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
-    let given = Given::Wheel(Wheel { height: Some(0.0), ..Wheel::w920s(0.0) });
-    let flange = RunningPlace { y: 0.0385, height: Some(0.012) };
-    let both = |given: &Given, there: RunningPlace| {
+    let given = SectionSource::Wheel(Wheel { height: Some(0.0), ..Wheel::w920s(0.0) });
+    let flange = RunningPlace { y: 0.0385, height: Some(0.012), opposite: false };
+    let both = |given: &SectionSource, there: RunningPlace| {
         let forms = clamped(given.for_loads_at(&[there], &[4e-3, 3e-3]).unwrap(), steel);
         let contacts = [given.contact(), given.contact_at(there)];
         let patches = vec![Patch { radius: 4e-3 }, Patch { radius: 3e-3 }];
@@ -285,10 +287,12 @@ fn tread_and_flange_of_a_wheel_do_the_same_to_each_other() {
     };
     let one = both(&given, flange);
     let other = {
-        let given = Given::Wheel(Wheel { height: flange.height, ..Wheel::w920s(flange.y) });
-        let forms =
-            clamped(given.for_loads_at(&[RunningPlace { y: 0.0, height: Some(0.0) }], &[3e-3, 4e-3]).unwrap(), steel);
-        let contacts = [given.contact(), given.contact_at(RunningPlace { y: 0.0, height: Some(0.0) })];
+        let given = SectionSource::Wheel(Wheel { height: flange.height, ..Wheel::w920s(flange.y) });
+        let forms = clamped(
+            given.for_loads_at(&[RunningPlace { y: 0.0, height: Some(0.0), opposite: false }], &[3e-3, 4e-3]).unwrap(),
+            steel,
+        );
+        let contacts = [given.contact(), given.contact_at(RunningPlace { y: 0.0, height: Some(0.0), opposite: false })];
         let patches = vec![Patch { radius: 3e-3 }, Patch { radius: 4e-3 }];
         whole_of(&Constant::of_contacts(&forms, &[patches], &contacts).unwrap()).swap_remove(0)
     };
@@ -303,7 +307,7 @@ fn tread_and_flange_of_a_wheel_do_the_same_to_each_other() {
             }
         }
     }
-    let beyond = RunningPlace { y: 0.05, height: Some(0.026) };
+    let beyond = RunningPlace { y: 0.05, height: Some(0.026), opposite: false };
     assert_eq!(given.for_loads_at(&[beyond], &[4e-3, 3e-3]).unwrap_err().exit_code(), 2);
 }
 

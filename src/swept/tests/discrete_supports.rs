@@ -68,13 +68,13 @@ fn even(track: &Track, period: f64, limit: f64) -> Even {
     let forms = Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, period, Some(track), 0.0).unwrap();
     let of = |n| {
         let modes = of_order(&forms, n, 2.0 * PI * limit)?;
-        Ok(RailMode::of(&forms, modes, &[LineLoad::new(&forms, PATCH, n, radius)]))
+        Ok(RailMode::new(&forms, modes, &[LineLoad::new(&forms, PATCH, n, radius)]))
     };
     let size = |w: &RailMode| w.omega.len().saturating_sub(track.motions());
     let waves: Vec<RailMode> = by_orders(1, size, |o| o.into_iter().map(of).collect()).unwrap();
     let mut list = Vec::new();
     for (i, w) in waves.iter().enumerate() {
-        list.extend((0..w.omega.len()).flat_map(|k| (0..Seen::families(w.order)).map(move |f| (i, k, f))));
+        list.extend((0..w.omega.len()).flat_map(|k| (0..ContactModeData::families(w.order)).map(move |f| (i, k, f))));
     }
     let ends = Some(Ends { period, length: 5.0, damping: 6000.0, along: 0.0 });
     let damping = waves::damping(&forms, &waves, &list, &waves::Damping { loss: 0.02, ends });

@@ -2,7 +2,7 @@
 
 use super::straight::{pads, RAIL_STEEL};
 use super::*;
-use crate::swept::modes::seen;
+use crate::swept::modes::contact_functions;
 use crate::swept::waves::RailMode;
 
 const PERIOD: f64 = 14.0;
@@ -24,12 +24,12 @@ fn waves_of_a_rail_serve_wherever_it_is_touched() {
     let patch = Patch { radius: 5e-3 };
     for n in [0, 1, 7, 30] {
         let limit = 2.0 * PI * 2500.0;
-        let turned = RailMode::of(&forms, of_order(&forms, n, limit).unwrap(), &[]).turned(angle);
+        let turned = RailMode::new(&forms, of_order(&forms, n, limit).unwrap(), &[]).turned(angle);
         let line = LineLoad::new(&other, patch, n, PERIOD / (2.0 * PI));
         let lines = [line];
-        let own = RailMode::of(&other, of_order(&other, n, limit).unwrap(), &lines);
+        let own = RailMode::new(&other, of_order(&other, n, limit).unwrap(), &lines);
         assert!(!own.omega.is_empty() && own.omega.len() == turned.omega.len(), "{n}");
-        let contact = seen(turned.vectors.as_ref(), &lines);
+        let contact = contact_functions(turned.vectors.as_ref(), &lines);
         for k in 0..own.omega.len() {
             assert!((turned.omega[k] / own.omega[k] - 1.0).abs() < 1e-9, "{n} {k}");
             let (here, there) = (contact.col(k), own.contact.col(k));
@@ -46,13 +46,13 @@ fn waves_of_a_rail_serve_wherever_it_is_touched() {
 fn meshes_that_move_are_told_from_those_that_change() {
     let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
     let wheel = |offset: f64, mirrored: bool| {
-        let section = Given::Wheel(Wheel { mirrored, ..Wheel::w920s(offset) }).for_modes().unwrap();
+        let section = SectionSource::Wheel(Wheel { mirrored, ..Wheel::w920s(offset) }).for_modes().unwrap();
         clamped(section, steel)
     };
     assert!(wheel(0.004, true).is_elsewhere(&wheel(-0.011, true), 0.0));
     assert!(!wheel(0.004, true).is_elsewhere(&wheel(0.004, false), 0.0));
     let lighter = Material { density: 7800.0, ..steel };
-    let section = Given::Wheel(Wheel { mirrored: true, ..Wheel::w920s(0.0) }).for_modes().unwrap();
+    let section = SectionSource::Wheel(Wheel { mirrored: true, ..Wheel::w920s(0.0) }).for_modes().unwrap();
     assert!(!wheel(0.004, true).is_elsewhere(&clamped(section, lighter), 0.0));
     let ring = |offset: f64| clamped(cylinder(&annulus(None, offset), COARSE).unwrap(), STEEL);
     assert!(ring(0.01).is_elsewhere(&ring(0.01), 0.0) && !ring(0.01).is_elsewhere(&ring(0.03), 0.0));

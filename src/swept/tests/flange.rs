@@ -1,6 +1,6 @@
 //! Contact of a wheel along its profile, from the tread over the flange root to the face of the flange.
 
-use super::super::modes::{seen, Modes};
+use super::super::modes::{contact_functions, Modes};
 use super::*;
 
 const RAIL_WHEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
@@ -47,8 +47,8 @@ fn on_profile(y: f64) -> [f64; 3] {
     [y, 1e-3 * s1002(at), -slope.atan()]
 }
 
-fn wheel([offset, height, _]: [f64; 3], mirrored: bool) -> Given {
-    Given::Wheel(Wheel { height: Some(height), mirrored, ..Wheel::w920s(offset) })
+fn wheel([offset, height, _]: [f64; 3], mirrored: bool) -> SectionSource {
+    SectionSource::Wheel(Wheel { height: Some(height), mirrored, ..Wheel::w920s(offset) })
 }
 
 /// Angle of the frame of the profile against that of the loads, rad.
@@ -61,7 +61,7 @@ fn turn(place: [f64; 3], mirrored: bool) -> f64 {
 fn compliance(place: [f64; 3], mirrored: bool) -> Square {
     let given = wheel(place, mirrored);
     let loads = clamped(given.for_loads(PATCH.radius).unwrap(), RAIL_WHEEL);
-    let constant = Constant::at(&loads, &[PATCH], &given.contact()).unwrap();
+    let constant = Constant::for_contact(&loads, &[PATCH], &given.contact()).unwrap();
     both_turned(&own(&constant)[0], turn(place, mirrored))
 }
 
@@ -71,8 +71,8 @@ fn motion(place: [f64; 3], mirrored: bool, modes: &Modes, forms: &Forms) -> [f64
     let mut moved = forms.clone();
     moved.section = wheel(place, mirrored).for_modes().unwrap();
     let contact = wheel(place, mirrored).contact();
-    let line = LineLoad::at(&moved, PATCH, modes.order, &contact);
-    let seen = seen(modes.vectors.as_ref(), &[line]);
+    let line = LineLoad::for_contact(&moved, PATCH, modes.order, &contact);
+    let seen = contact_functions(modes.vectors.as_ref(), &[line]);
     turned(std::array::from_fn(|c| seen[(c, 0)]), turn(place, mirrored))
 }
 
@@ -96,7 +96,7 @@ fn loads_on_the_flange_root_have_the_arm_of_the_profile() {
                 let at = forms.amplitude(node).unwrap();
                 rotation[at..at + 3].copy_from_slice(&[y, -y, -r]);
             }
-            let line = LineLoad::at(&forms, PATCH, 1, &given.contact());
+            let line = LineLoad::for_contact(&forms, PATCH, 1, &given.contact());
             let [_, y, n, ..] = line.means(faer::ColRef::from_slice(&rotation));
             let arm = 0.46 + place[1];
             assert!((y + arm).abs() < 3.2e-3 && n.abs() < 3.2e-3, "{place:?}: {y} {n}");

@@ -60,7 +60,7 @@ fn a_few_motions_of_the_section_are_enough() {
             let seen = rail.loads().transpose() * Mat::from_fn(q, FORCES, |i, c| few[(i, c)].re);
             for c in 0..FORCES {
                 // For each metre, in place of the whole period.
-                let wanted = forms.path.whole(n) * line.means(direct.col(c))[c];
+                let wanted = forms.path.length_integral(n) * line.means(direct.col(c))[c];
                 let off = (seen[(c, c)] / wanted - 1.0).abs();
                 assert!(off < 2e-3, "{n} 1/m, {f} Hz, {c}: {} for {wanted}, {off:.1e}", seen[(c, c)]);
             }

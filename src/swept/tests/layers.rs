@@ -29,7 +29,7 @@ fn a_tyre_on_rubber_turns_on_its_ring() {
     let (a, b) = (0.38, 0.40);
     let forms = clamped(layered(a, b, RUBBER), STEEL);
     let modes = of_order(&forms, 0, 2.0 * PI * 100.0).unwrap();
-    let seen = Seen::of(&forms, &modes, &[], None);
+    let seen = ContactModeData::new(&forms, &modes, &[], None);
     let torsion = (0..seen.omega.len()).find(|&k| seen.shares[k][1] > 0.99).expect("torsion");
     let ring = |a: f64, b: f64, of: Material| 4.0 * PI * of.shear() * 0.1 / (1.0 / (a * a) - 1.0 / (b * b));
     let (rubber, centre) = (ring(a, b, RUBBER), ring(0.1, a, STEEL));
@@ -84,7 +84,7 @@ fn a_section_all_of_one_layer_is_of_its_material() {
     for n in [0, 2] {
         let [a, b] = [&forms[0], &forms[1]].map(|forms| {
             let modes = of_order(forms, n, 2.0 * PI * 2000.0).unwrap();
-            Seen::of(forms, &modes, &[], Some(&forms.centrifugal().unwrap()))
+            ContactModeData::new(forms, &modes, &[], Some(&forms.centrifugal().unwrap()))
         });
         assert!(a.omega.len() == b.omega.len() && !a.omega.is_empty());
         for k in 0..a.omega.len() {

@@ -43,7 +43,7 @@ fn the_rails_are_meshed_wherever_they_are_touched() {
         let area = measures(rail).area;
         let deepest = rail.head.to_deepest();
         for part in [-0.98, -0.7, -0.3, 0.0, 0.4, 0.8, 0.95] {
-            let at = rail.head.at(part * deepest);
+            let at = rail.head.point(part * deepest);
             let built = BuiltRail::near(rail, [at.y, at.z - rail.head.height]).unwrap();
             for section in [built.for_modes().unwrap(), built.for_loads(4e-3).unwrap()] {
                 assert!((section.area() / area - 1.0).abs() < 1e-3, "{} {part}: {:e}", rail.name, section.area());

@@ -123,7 +123,7 @@ fn a_solid_disc_has_the_published_frequencies() {
     for (n, wanted) in [(0, 2.0489), (1, 1.6176), (2, 1.3876), (3, 2.1304)] {
         // Bending modes are many there: the one that moves least along the axle.
         let modes = of_order(&forms, n, 2.0 * PI * 2.5 * plane).unwrap();
-        let seen = Seen::of(&forms, &modes, &[], None);
+        let seen = ContactModeData::new(&forms, &modes, &[], None);
         let flat = |k: &usize| seen.omega[*k] > 0.0 && seen.shares[*k][2] < 0.01 && seen.shares[*k][0] > 0.01;
         let found = (0..seen.omega.len()).find(flat).map(|k| hertz(seen.omega[k]) / plane).unwrap();
         println!("in plane {n}: {found} {wanted}");

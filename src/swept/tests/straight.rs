@@ -212,13 +212,13 @@ impl OnPads {
         let forms = Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, period, Some(&pads()), 0.0).unwrap();
         let of = |n| {
             let modes = of_order(&forms, n, 2.0 * PI * limit)?;
-            Ok(RailMode::of(&forms, modes, &[LineLoad::new(&forms, patch, n, radius)]))
+            Ok(RailMode::new(&forms, modes, &[LineLoad::new(&forms, patch, n, radius)]))
         };
         let size = |w: &RailMode| w.omega.len();
         let waves: Vec<RailMode> = by_orders(1, size, |o| o.into_iter().map(of).collect()).unwrap();
         let mut list = Vec::new();
         for (i, w) in waves.iter().enumerate() {
-            list.extend((0..size(w)).flat_map(|k| (0..Seen::families(w.order)).map(move |f| (i, k, f))));
+            list.extend((0..size(w)).flat_map(|k| (0..ContactModeData::families(w.order)).map(move |f| (i, k, f))));
         }
         Self { forms, waves, list }
     }

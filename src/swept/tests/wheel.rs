@@ -37,7 +37,8 @@ fn drawing() -> Drawn {
 /// the corners of the web.
 #[test]
 fn frequencies_of_w920s_have_converged() {
-    let sections = [Given::Wheel(Wheel::w920s(0.0)).for_modes().unwrap(), w920s(0.0, even(0.0005, 0.01)).unwrap()];
+    let sections =
+        [SectionSource::Wheel(Wheel::w920s(0.0)).for_modes().unwrap(), w920s(0.0, even(0.0005, 0.01)).unwrap()];
     let spectra = sections.map(|section| {
         let forms = Forms::new(section, STEEL_OF_WHEELS, &["inner".to_owned()]).unwrap();
         spectrum(&up_to(&forms, 6000.0))
@@ -51,8 +52,8 @@ fn frequencies_of_w920s_have_converged() {
 /// All modes to 3 kHz of the wheel by its dimensions are those of the same wheel drawn.
 #[test]
 fn frequencies_of_a_wheel_by_dimensions_are_those_of_its_drawing() {
-    let built = Given::Wheel(Wheel { shape: curved(), ..Wheel::w920s(0.0) }).for_modes().unwrap();
-    let drawn = Given::Drawn { drawn: Rc::new(drawing()), offset: 0.0, mirrored: false }.for_modes().unwrap();
+    let built = SectionSource::Wheel(Wheel { shape: curved(), ..Wheel::w920s(0.0) }).for_modes().unwrap();
+    let drawn = SectionSource::Drawn { drawn: Rc::new(drawing()), offset: 0.0, mirrored: false }.for_modes().unwrap();
     let [a, b] = [&built, &drawn].map(|s| s.inertia(STEEL_OF_WHEELS));
     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3 * b.abs().max(1e-2)), "{a:?} {b:?}");
     let found = [built, drawn].map(|section| {
@@ -81,7 +82,7 @@ fn a_resilient_wheel_is_its_drawing() {
         ..WheelShape::w920s()
     };
     let wheel = Wheel { shape, ..Wheel::w920s(0.0) };
-    let built = Given::Wheel(wheel.clone()).for_modes().unwrap();
+    let built = SectionSource::Wheel(wheel.clone()).for_modes().unwrap();
     let fine = wheel.section(even(0.002, 0.008)).unwrap();
     let (faces, layers): (Vec<Vec<usize>>, Vec<usize>) = triangles(&fine).into_iter().unzip();
     let rubber: Vec<usize> = (0..faces.len()).filter(|k| layers[*k] == 1).collect();
@@ -99,7 +100,7 @@ fn a_resilient_wheel_is_its_drawing() {
         assert!(error.message().contains(part), "{error}");
     }
     let drawn = drawn.with_layers(vec![(layer, &rubber[..])]).unwrap();
-    let drawn = Given::Drawn { drawn: Rc::new(drawn), offset: 0.0, mirrored: false }.for_modes().unwrap();
+    let drawn = SectionSource::Drawn { drawn: Rc::new(drawn), offset: 0.0, mirrored: false }.for_modes().unwrap();
     let [a, b] = [&built, &drawn].map(|s| s.inertia(STEEL_OF_WHEELS));
     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6 * b.abs().max(1e-2)), "{a:?} {b:?}");
     let found = [built, drawn].map(|section| {

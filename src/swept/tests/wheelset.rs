@@ -1,17 +1,16 @@
 //! The benchmark wheelset.
 
 use super::*;
-use crate::swept::builtin::finer_at;
 
 const STEEL_OF_WHEELS: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
 
-fn wheelset(mirrored: bool) -> Given {
+fn wheelset(mirrored: bool) -> SectionSource {
     let shape = WheelShape::w920s_wheelset();
-    Given::Wheel(Wheel { shape, offset: 0.0, height: None, mirrored })
+    SectionSource::Wheel(Wheel { shape, offset: 0.0, height: None, mirrored })
 }
 
 /// Bearings of the stiffness along x, y and z, N/m, 1 m from the middle on either side.
-fn suspended(given: &Given, stiffness: [f64; 3]) -> Forms {
+fn suspended(given: &SectionSource, stiffness: [f64; 3]) -> Forms {
     let section = given.for_modes().unwrap();
     let at = |y: f64| Bearing { place: [0.0, y], stiffness };
     let bearings = given.bearings(&section, &[at(-1.0), at(1.0)]).unwrap();
@@ -19,7 +18,7 @@ fn suspended(given: &Given, stiffness: [f64; 3]) -> Forms {
 }
 
 /// Modes of the order n up to `limit`, Hz, with their parity.
-fn modes(given: &Given, forms: &Forms, n: usize, limit: f64) -> (modes::Modes, Vec<f64>) {
+fn modes(given: &SectionSource, forms: &Forms, n: usize, limit: f64) -> (modes::Modes, Vec<f64>) {
     let mirror = Mirror::new(&forms.section, given.middle().unwrap()).unwrap();
     let mut modes = of_order(forms, n, 2.0 * PI * limit).unwrap();
     let parity = mirror.separate(forms, &mut modes);
@@ -50,7 +49,8 @@ fn the_wheelset_has_the_mass_of_its_parts() {
 /// With its seats clamped each wheel is the single one on its clamped bore.
 #[test]
 fn a_wheelset_on_clamped_seats_is_two_single_wheels() {
-    let single = Forms::new(Given::Wheel(Wheel::w920s(0.0)).for_modes().unwrap(), STEEL_OF_WHEELS, &["inner".into()]);
+    let single =
+        Forms::new(SectionSource::Wheel(Wheel::w920s(0.0)).for_modes().unwrap(), STEEL_OF_WHEELS, &["inner".into()]);
     let both = Forms::new(wheelset(false).for_modes().unwrap(), STEEL_OF_WHEELS, &[SEATS.into()]);
     let (single, both) = (single.unwrap(), both.unwrap());
     for n in 0..4 {
@@ -142,14 +142,15 @@ fn statics_of_a_body_that_turns_freely_leave_the_torsion_out() {
 }
 
 /// Γ⁻¹BΓ⁻¹ of contacts on the treads of both wheels, in the frame of the one that carries y = 0.
-fn both_treads(given: &Given, patch: Patch) -> (Mat<f64>, Vec<SectionContact>) {
-    let across = 2.0 * given.middle().unwrap();
-    let section = finer_at(given.for_loads(patch.radius).unwrap(), &[([0.46, across], patch.radius)]);
+fn both_treads(given: &SectionSource, patch: Patch) -> (Mat<f64>, Vec<SectionContact>) {
+    let there = RunningPlace { y: 0.0, height: None, opposite: true };
+    let section = given.for_loads_at(&[there], &[patch.radius; 2]).unwrap();
+    assert!(Mirror::new(&section, given.middle().unwrap()).is_some(), "the meshes of both wheels differ");
     let at = |y: f64| Bearing { place: [0.0, y], stiffness: [1e6; 3] };
     let bearings = given.bearings(&section, &[at(-1.0), at(1.0)]).unwrap();
     let forms = Forms::new(section, STEEL_OF_WHEELS, &[]).unwrap().on_bearings(&bearings);
-    let level = SectionContact::level(0.46);
-    let contacts = vec![level.clone(), level.shifted(across)];
+    let contacts = vec![given.contact(), given.contact_at(there)];
+    assert_eq!(contacts[1].origin(), [0.46, 2.0 * given.middle().unwrap()]);
     let constant = Constant::of_contacts(&forms, &[vec![patch; 2]], &contacts).unwrap();
     let mut memory = Vec::new();
     let parts = (0..constant.blocks.len()).map(|k| constant.block(k, &mut memory).unwrap());
@@ -167,10 +168,10 @@ fn both_wheels_act_on_each_other_by_the_modes_alone() {
     let mut rest = all.clone();
     for n in 0..40 {
         let (modes, _) = modes(&given, &forms, n, 6000.0);
-        let loads: Vec<LineLoad> = contacts.iter().map(|c| LineLoad::at(&forms, patch, n, c)).collect();
-        let found = modes::seen(modes.vectors.as_ref(), &loads);
+        let loads: Vec<LineLoad> = contacts.iter().map(|c| LineLoad::for_contact(&forms, patch, n, c)).collect();
+        let found = modes::contact_functions(modes.vectors.as_ref(), &loads);
         for k in (0..modes.omega.len()).filter(|k| modes.omega[*k] > 0.0) {
-            for family in 0..Seen::families(n) {
+            for family in 0..ContactModeData::families(n) {
                 let shares = [loads[0].shares(family), loads[1].shares(family)].concat();
                 let psi = Mat::from_fn(2 * LOADS, 1, |i, _| shares[i] * found[(i, k)] / modes.omega[k]);
                 rest -= &psi * psi.transpose();
@@ -184,9 +185,38 @@ fn both_wheels_act_on_each_other_by_the_modes_alone() {
     // Mirror images: forces along y and turns about x change their sign.
     let [own, other] = [[0, 0], [1, 1]].map(|c| pair_of(all.as_ref(), c));
     let odd = |k: usize| (k % 3 == 1) != (k / 3 == 2);
-    for (i, j) in (0..9).map(|k| (k / 3, k % 3)) {
+    for (i, j) in (0..81).map(|k| (k / 9, k % 9)) {
         let sign = if odd(i) == odd(j) { 1.0 } else { -1.0 };
-        assert!((own[i][j] - sign * other[i][j]).abs() < 2e-3 * own[i][i].abs().max(own[j][j].abs()), "{i} {j}");
+        assert!((own[i][j] - sign * other[i][j]).abs() < 1e-6 * own[i][i].abs().max(own[j][j].abs()), "{i} {j}");
+    }
+}
+
+/// A contact on the face of a flange loads its own wheel alone: both faces lie at the same radii. On the other wheel
+/// it is the mirror image.
+#[test]
+fn a_flange_contact_loads_one_wheel() {
+    let shape = WheelShape::w920s_wheelset();
+    let (patch, [y, height]) = (Patch { radius: 4e-3 }, [0.0385, 0.014]);
+    for mirrored in [false, true] {
+        let given = SectionSource::Wheel(Wheel { shape: shape.clone(), offset: y, height: Some(height), mirrored });
+        let middle = given.middle().unwrap();
+        let there = RunningPlace { y, height: Some(height), opposite: true };
+        let section = given.for_loads_at(&[there], &[patch.radius; 2]).unwrap();
+        let forms = Forms::new(section, STEEL_OF_WHEELS, &[]).unwrap();
+        let contacts = [given.contact(), given.contact_at(there)];
+        let [own, other] = [0, 1].map(|c: usize| contacts[c].origin());
+        assert!((own[1] + other[1] - 2.0 * middle).abs() < 1e-12 && own[0] == other[0], "{own:?} {other:?}");
+        for (contact, place) in contacts.iter().zip([own, other]) {
+            let columns = LineLoad::for_contact(&forms, patch, 3, contact).columns(forms.order());
+            let mut loaded = 0;
+            for (node, [_, y]) in forms.section.nodes.iter().enumerate() {
+                let Some(at) = forms.amplitude(node) else { continue };
+                let load = (0..3).map(|c| columns.row(at + c).norm_l2()).fold(0.0, f64::max);
+                assert!(load == 0.0 || (y - place[1]).abs() < 0.02, "{y} {place:?}");
+                loaded += usize::from(load > 0.0);
+            }
+            assert!(loaded > 3, "{loaded}");
+        }
     }
 }
 
@@ -198,7 +228,10 @@ fn left_and_right_are_mirror_images() {
         let given = wheelset(mirrored);
         let forms = suspended(&given, [1e6, 2e6, 1e6]);
         let (modes, parity) = modes(&given, &forms, n, 2000.0);
-        let found = modes::seen(modes.vectors.as_ref(), &[LineLoad::at(&forms, patch, n, &given.contact())]);
+        let found = modes::contact_functions(
+            modes.vectors.as_ref(),
+            &[LineLoad::for_contact(&forms, patch, n, &given.contact())],
+        );
         (modes.omega, parity, found)
     };
     for n in 0..4 {

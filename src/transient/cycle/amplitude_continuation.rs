@@ -5,7 +5,7 @@
 
 /// Growth at an amplitude.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Seen {
+pub(super) struct GrowthSample {
     /// ln of the amplitude.
     pub(super) level: f64,
     /// d ln a/dt, 1/s.
@@ -45,7 +45,7 @@ const APART: [f64; 2] = [0.01, 0.6];
 pub(super) struct Trail {
     /// Time from a change of the amplitude to what is seen of it, s.
     span: f64,
-    seen: Vec<Seen>,
+    seen: Vec<GrowthSample>,
     /// The last way in ln a.
     way: f64,
     /// The last way wanted had this sign: those down are not gone where the motion is not linear.
@@ -62,22 +62,22 @@ impl Trail {
 
     /// The rate, 1/s, at which the motion came back from where the last change had put it, if it did: a cycle that
     /// sticks is reached within a few periods.
-    fn came_back(&self, now: Seen) -> Option<f64> {
+    fn came_back(&self, now: GrowthSample) -> Option<f64> {
         let left = (now.level - self.seen.last()?.level).abs();
         let stays = left <= STAYS && now.rate.abs() * self.span <= STAYS;
         (stays && self.way.abs() >= 0.5 * FIRST).then(|| (self.way.abs() / left.max(1e-2 * STAYS)).ln() / self.span)
     }
 
     /// d g/d ln a at the last of `seen`, 1/s, from the nearest one that is far enough.
-    fn slope(&self, now: Seen) -> Option<f64> {
-        let apart = |s: &Seen| (s.level - now.level).abs();
+    fn slope(&self, now: GrowthSample) -> Option<f64> {
+        let apart = |s: &GrowthSample| (s.level - now.level).abs();
         let near = self.seen.iter().rev().filter(|s| apart(s) > APART[0] && apart(s) < APART[1]);
         let nearest = near.min_by(|a, b| apart(a).total_cmp(&apart(b)))?;
         Some((now.rate - nearest.rate) / (now.level - nearest.level))
     }
 
     /// Takes what was seen.
-    pub(super) fn next(&mut self, now: Seen) -> Next {
+    pub(super) fn next(&mut self, now: GrowthSample) -> Next {
         if let Some(back) = self.came_back(now) {
             return Next::Near(back);
         }
@@ -127,7 +127,7 @@ mod tests {
     fn end(g: impl Fn(f64) -> f64, mut level: f64, linear: impl Fn(f64) -> bool) -> Option<(f64, f64, usize)> {
         let mut trail = Trail::new(0.05);
         for look in 1..1000 {
-            match trail.next(Seen { level, rate: g(level), linear: linear(level) }) {
+            match trail.next(GrowthSample { level, rate: g(level), linear: linear(level) }) {
                 Next::Near(back) => return Some((level, back, look)),
                 Next::Scale(f) => level += f.ln(),
                 Next::Wait => {}
@@ -157,9 +157,9 @@ mod tests {
     #[test]
     fn a_cycle_that_sticks_is_one() {
         let mut trail = Trail::new(0.05);
-        let seen = Seen { level: 0.3, rate: 1e-5, linear: false };
+        let seen = GrowthSample { level: 0.3, rate: 1e-5, linear: false };
         assert!(matches!(trail.next(seen), Next::Scale(f) if f > 1.05));
-        assert!(matches!(trail.next(Seen { level: 0.3002, ..seen }), Next::Near(back) if back > 60.0));
+        assert!(matches!(trail.next(GrowthSample { level: 0.3002, ..seen }), Next::Near(back) if back > 60.0));
         // What only looks as if it did not change, as nothing was changed, is not.
         let mut still = Trail::new(0.05);
         still.seen.push(seen);

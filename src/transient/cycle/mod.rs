@@ -19,10 +19,10 @@ pub use periodicity::{Record, Returns};
 
 use super::stepper::{State, Stepper};
 use crate::Result;
-use amplitude_continuation::{Next, Seen, Trail};
+use amplitude_continuation::{GrowthSample, Next, Trail};
 use faer::Mat;
 use section::{Measures, Section};
-use settling::{Alone, Known, LOOKS};
+use settling::{Alone, SettlingState, LOOKS};
 
 /// Periods of a window over which amplitudes are averaged.
 const WINDOW: f64 = 16.0;
@@ -149,10 +149,10 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> R
             continue;
         };
         match own.next(seen, walk.section.spread(), settings.settled) {
-            Known::Nothing => {}
-            Known::Gone => (trail, alone) = (walk.trail(), None),
-            Known::Sustained => stays = true,
-            Known::Settled => {
+            SettlingState::Nothing => {}
+            SettlingState::Gone => (trail, alone) = (walk.trail(), None),
+            SettlingState::Sustained => stays = true,
+            SettlingState::Settled => {
                 let returns = walk.returns()?;
                 let (record, level) = walk.record(returns.period)?;
                 let settled = (level.ln() - seen.level).abs() <= settings.settled;
@@ -257,21 +257,21 @@ impl Walk<'_, '_, '_> {
     /// last one. None where the motion has become another one.
     /// From the look `number` on windows are let go that differ in length: a beat would look the same each time if
     /// looks were as long as some of its periods.
-    fn look(&mut self, number: usize) -> Result<Option<Seen>> {
+    fn look(&mut self, number: usize) -> Result<Option<GrowthSample>> {
         let part = if number < LOOKS { 1.0 } else { 0.5 + (number as f64 * GOLDEN).fract() };
         for _ in 0..(part * self.window() as f64).round() as usize {
             self.step()?;
         }
         let one = self.mean()?;
-        self.section.begin();
+        self.section.begin_burst();
         let two = self.mean()?;
-        self.section.end();
+        self.section.end_burst();
         if two.1 < SHARE && two.0 > 0.0 {
             return Ok(None);
         }
         let [a, b] = [one.0, two.0].map(|a| a.max(f64::MIN_POSITIVE).ln());
         let width = self.window() as f64 * self.step;
-        Ok(Some(Seen { level: b, rate: (b - a) / width, linear: one.2 && two.2 }))
+        Ok(Some(GrowthSample { level: b, rate: (b - a) / width, linear: one.2 && two.2 }))
     }
 
     /// Multiplies the deviation from rest.

@@ -59,12 +59,12 @@ impl Walk<'_, '_, '_> {
     pub(super) fn returns(&mut self) -> Result<Returns> {
         let longest = self.settings.crossing_limit();
         let mut steps = 0;
-        self.section.begin();
+        self.section.begin_burst();
         while self.section.recorded() < CROSSINGS && steps < longest {
             self.step()?;
             steps += 1;
         }
-        let found = self.section.end().crossings;
+        let found = self.section.end_burst().crossings;
         let (Some(first), Some(last), true) = (found.first(), found.last(), found.len() > LONGEST) else {
             return Ok(Returns { period: f64::NAN, crossings: 0, apart: f64::INFINITY });
         };

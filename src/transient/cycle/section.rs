@@ -96,7 +96,7 @@ impl Section {
     }
 
     /// Begins a burst.
-    pub(super) fn begin(&mut self) {
+    pub(super) fn begin_burst(&mut self) {
         self.recorded = Some(Burst::default());
     }
 
@@ -106,7 +106,7 @@ impl Section {
     }
 
     /// Ends the burst; returns it.
-    pub(super) fn end(&mut self) -> Burst {
+    pub(super) fn end_burst(&mut self) -> Burst {
         let burst = self.recorded.take().unwrap_or_default();
         self.bursts.push_back(burst.clone());
         if self.bursts.len() > BURSTS {
@@ -143,9 +143,9 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::super::amplitude_continuation::Seen;
+    use super::super::amplitude_continuation::GrowthSample;
     use super::super::periodicity::{hann, PERIODIC};
-    use super::super::settling::{Alone, Known};
+    use super::super::settling::{Alone, SettlingState};
     use super::super::{CycleOutcome, Returns};
     use super::*;
     use std::f64::consts::PI;
@@ -166,7 +166,7 @@ mod tests {
             let mut level = 0.0;
             for window in 0..3 {
                 if window == 2 {
-                    section.begin();
+                    section.begin_burst();
                 }
                 let (mut squares, mut weights) = (0.0, 0.0);
                 for k in 0..16 * STEPS {
@@ -181,14 +181,14 @@ mod tests {
                 }
                 level = 0.5 * f64::ln(squares / weights);
             }
-            section.end();
-            let known = alone.next(Seen { level, rate: 0.0, linear: false }, section.spread(), SETTLED);
+            section.end_burst();
+            let known = alone.next(GrowthSample { level, rate: 0.0, linear: false }, section.spread(), SETTLED);
             let repeats = section.spread() <= PERIODIC;
             let stays = match known {
-                Known::Nothing => false,
-                Known::Gone => panic!("gone"),
-                Known::Sustained => true,
-                Known::Settled => repeats || alone.keeps_its_spread(),
+                SettlingState::Nothing => false,
+                SettlingState::Gone => panic!("gone"),
+                SettlingState::Sustained => true,
+                SettlingState::Settled => repeats || alone.keeps_its_spread(),
             };
             if stays {
                 let returns = Returns { period: 1.0, crossings: usize::from(repeats), apart: section.spread() };

@@ -4,7 +4,7 @@
 //! at the Poincaré section ([`Section::spread`](super::section::Section::spread)) over successive batches of looks: of
 //! the one it shrinks, of the other it does not.
 
-use super::amplitude_continuation::Seen;
+use super::amplitude_continuation::GrowthSample;
 
 /// Looks of a batch.
 pub(super) const LOOKS: usize = 4;
@@ -21,7 +21,7 @@ const STEADY: f64 = 0.95;
 
 /// Known state of the motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Known {
+pub(super) enum SettlingState {
     /// Nothing yet, or a beat that still shrinks.
     Nothing,
     /// Its amplitude has settled.
@@ -43,13 +43,13 @@ pub(super) struct Alone {
 impl Alone {
     /// Takes what was seen, and the spread of the states over the last batch; `settled` is the wanted relative error of
     /// the amplitude.
-    pub(super) fn next(&mut self, seen: Seen, spread: f64, settled: f64) -> Known {
+    pub(super) fn next(&mut self, seen: GrowthSample, spread: f64, settled: f64) -> SettlingState {
         self.levels.push(seen.level);
         self.spreads.push(spread);
         // Twice, as amplitudes that beat stand still where they turn.
         if let [.., a, b, c, d] = self.levels[..] {
             if left(a, b, c).max(left(b, c, d)) <= settled {
-                return Known::Settled;
+                return SettlingState::Settled;
             }
         }
         // A beat that has become so small has settled as well, unless the states still say that it shrinks.
@@ -57,17 +57,17 @@ impl Alone {
             let (range, drift) = (self.range(2 * LOOKS), (self.mean(0) - self.mean(1)).abs());
             let small = spread <= 4.0 * settled || self.spreads_as_before(LOOKS);
             if range <= 2.0 * settled && drift <= 0.25 * range && small {
-                return Known::Settled;
+                return SettlingState::Settled;
             }
         }
         // In the mean: a beat is no way.
         if (self.mean(0) - self.levels[0]).abs() > GONE {
-            return Known::Gone;
+            return SettlingState::Gone;
         }
         if self.is_sustained() {
-            return Known::Sustained;
+            return SettlingState::Sustained;
         }
-        Known::Nothing
+        SettlingState::Nothing
     }
 
     /// Looks since it was left to itself.
@@ -135,12 +135,12 @@ fn left(a: f64, b: f64, c: f64) -> f64 {
 mod tests {
     use super::*;
 
-    fn end(level: impl Fn(f64) -> f64, spread: impl Fn(f64) -> f64) -> (Known, usize) {
+    fn end(level: impl Fn(f64) -> f64, spread: impl Fn(f64) -> f64) -> (SettlingState, usize) {
         let mut alone = Alone::default();
-        let seen = |level: f64| Seen { level, rate: 0.0, linear: false };
+        let seen = |level: f64| GrowthSample { level, rate: 0.0, linear: false };
         let mut looks = (0..100).map(|k| (alone.next(seen(level(f64::from(k))), spread(f64::from(k)), 1e-3), k));
-        let found = looks.find(|(known, _)| *known != Known::Nothing);
-        found.map_or((Known::Nothing, 100), |(known, k)| (known, k as usize))
+        let found = looks.find(|(known, _)| *known != SettlingState::Nothing);
+        found.map_or((SettlingState::Nothing, 100), |(known, k)| (known, k as usize))
     }
 
     #[test]
@@ -148,12 +148,12 @@ mod tests {
         // A fifth of what is left goes at each look: 1e-3 is left after 21, seen once more.
         let decay = |k: f64| 0.8f64.powf(k);
         let (known, looks) = end(|k| 0.1 * decay(k), |k| 0.1 * decay(k));
-        assert!(known == Known::Settled && (21..24).contains(&looks), "{known:?} {looks}");
+        assert!(known == SettlingState::Settled && (21..24).contains(&looks), "{known:?} {looks}");
         let (known, looks) = end(|k| 0.05 * (1.3 * k).sin(), |_| 0.1);
-        assert!(known == Known::Sustained && looks < 16, "{known:?} {looks}");
-        assert_eq!(end(|k| -0.06 * k, |_| 0.1).0, Known::Gone);
-        assert_eq!(end(|k| if k < 2.0 { k } else { 1.0 }, |_| 0.1).0, Known::Gone);
-        assert_eq!(end(|_| 0.3, |_| 0.1), (Known::Settled, 3));
+        assert!(known == SettlingState::Sustained && looks < 16, "{known:?} {looks}");
+        assert_eq!(end(|k| -0.06 * k, |_| 0.1).0, SettlingState::Gone);
+        assert_eq!(end(|k| if k < 2.0 { k } else { 1.0 }, |_| 0.1).0, SettlingState::Gone);
+        assert_eq!(end(|_| 0.3, |_| 0.1), (SettlingState::Settled, 3));
     }
 
     /// A beat that grows is on its way to another motion.
@@ -162,9 +162,9 @@ mod tests {
         let beat = |k: f64| 0.01 * 1.04f64.powf(k);
         let mut alone = Alone::default();
         for k in (0..60).map(f64::from) {
-            let seen = Seen { level: beat(k) * (1.3 * k).sin(), rate: 0.0, linear: false };
+            let seen = GrowthSample { level: beat(k) * (1.3 * k).sin(), rate: 0.0, linear: false };
             let known = alone.next(seen, 2.0 * beat(k), 1e-3);
-            assert!(known == Known::Nothing, "{k}: {known:?}");
+            assert!(known == SettlingState::Nothing, "{k}: {known:?}");
         }
     }
 
@@ -173,10 +173,10 @@ mod tests {
     fn a_beat_that_grows_slowly_is_not_sustained() {
         let beat = |k: f64| 0.02 * 1.01f64.powf(k);
         let (known, looks) = end(|k| beat(k) * (1.3 * k).sin(), |k| 2.0 * beat(k));
-        assert_eq!((known, looks), (Known::Nothing, 100));
+        assert_eq!((known, looks), (SettlingState::Nothing, 100));
         // One that stays, with spreads that differ by a tenth from look to look.
         let (known, looks) = end(|k| 0.05 * (1.3 * k).sin(), |k| 0.1 + 0.005 * (2.1 * k).sin());
-        assert!(known == Known::Sustained && looks < 24, "{known:?} {looks}");
+        assert!(known == SettlingState::Sustained && looks < 24, "{known:?} {looks}");
     }
 
     /// A beat of 20 % that loses 7 % at each look stands no chance to settle within 16 looks, and is given the time to.
@@ -184,6 +184,6 @@ mod tests {
     fn a_beat_that_shrinks_is_given_time() {
         let beat = |k: f64| 0.2 * 0.93f64.powf(k);
         let (known, looks) = end(|k| beat(k) * (1.3 * k).sin(), |k| 2.0 * beat(k));
-        assert!(known == Known::Settled && looks > 60, "{known:?} {looks}");
+        assert!(known == SettlingState::Settled && looks > 60, "{known:?} {looks}");
     }
 }

@@ -7,7 +7,7 @@ use super::krylov::conjugate_gradients;
 use crate::contact::active_set::settle;
 use crate::contact::loads::solve_small;
 use crate::dense::{add_columns, sum_over};
-use crate::transient::aligned::{whole, AlignedVec};
+use crate::transient::aligned::{padded_len, AlignedVec};
 use crate::transient::border::Border;
 use crate::transient::problem::{Effort, StepProblem};
 
@@ -74,7 +74,7 @@ impl Normal {
 
     /// Makes the inverse of `gaps` and `coupling`, (row, column) ↦ what friction adds.
     pub fn invert(&mut self, gaps: &[f32], coupling: impl Fn(usize, usize) -> f32) {
-        let (k, l) = (self.nodes, whole::<f32>(self.nodes));
+        let (k, l) = (self.nodes, padded_len::<f32>(self.nodes));
         let inverse = Mat::from_fn(k, k, |i, j| gaps[l * j + i] + coupling(i, j)).partial_piv_lu().inverse();
         self.inverse = AlignedVec::zeros(k * l);
         (0..k).for_each(|j| self.inverse[l * j..][..k].copy_from_slice(inverse.col_as_slice(j)));
@@ -123,7 +123,7 @@ impl Normal {
 
     /// Pressures that close `gap`.
     fn close(&mut self, gaps: &[f32], gap: &[f32], forcing: f32, effort: &mut Effort) -> AlignedVec<f32> {
-        let (k, l) = (self.nodes, whole::<f32>(self.nodes));
+        let (k, l) = (self.nodes, padded_len::<f32>(self.nodes));
         if self.inverse.is_empty() {
             let mut scale = AlignedVec::from((0..k).map(|i| 1.0 / gaps[(l + 1) * i]));
             self.open.iter().for_each(|&i| scale[i] = 0.0);
@@ -158,7 +158,7 @@ impl Normal {
         loads: &[f32],
         effort: &mut Effort,
     ) -> Option<(AlignedVec<f32>, Vec<f32>)> {
-        let (k, l) = (self.nodes, whole::<f32>(self.nodes));
+        let (k, l) = (self.nodes, padded_len::<f32>(self.nodes));
         let mut now = gap.to_vec();
         let (mut pressure, mut approach) = (AlignedVec::zeros(l), vec![0.0f32; borders.len()]);
         let pressed = |pressure: &[f32], now: &[f32]| -> Vec<usize> {

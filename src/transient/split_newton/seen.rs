@@ -81,7 +81,7 @@ impl NaturalMap {
 
     /// Goes to another problem on the same nodes.
     pub fn pose(&mut self, p: &StepProblem<'_>) {
-        self.free.take(p.free);
+        self.free.assign(p.free);
     }
 
     /// Augmentation of node `i`, N/m.
@@ -318,7 +318,8 @@ mod tests {
             let mut seen = NaturalMap::new(&p);
             seen.pose(&p);
             let l = matrix.places();
-            let now = Iterate { x: SoaVec3::of(&x, l), shift: vec![2e-8], y: SoaVec3::of(&y, l) };
+            let now =
+                Iterate { x: SoaVec3::from_interleaved(&x, l), shift: vec![2e-8], y: SoaVec3::from_interleaved(&y, l) };
             seen.look(&p, &now);
             let lack = 50.0 - x.iter().skip(2).step_by(3).sum::<f64>();
             let (mut square, mut largest) = (lack * lack / k as f64, lack.abs());

@@ -38,7 +38,7 @@ pub(super) struct Tangential {
 }
 
 /// Natural map of the nodes, and those of them that stick, ascending.
-pub(super) type Known<'a> = (&'a NaturalMap, &'a [usize]);
+pub(super) type MapAndStick<'a> = (&'a NaturalMap, &'a [usize]);
 
 impl Tangential {
     /// The operator `w` for what the map says of the nodes, in the memory of another one.
@@ -90,7 +90,7 @@ impl Tangential {
     }
 
     /// Takes from `rhs`, across and along, what changes of the pressures and of the tractions along the slip do.
-    pub fn subtract(&self, (seen, stick): Known<'_>, along: &[f32], pressure: &[f32], rhs: &mut [f32]) {
+    pub fn subtract(&self, (seen, stick): MapAndStick<'_>, along: &[f32], pressure: &[f32], rhs: &mut [f32]) {
         let (k, l) = (self.nodes, along.len());
         let pressed = pressure.iter().any(|q| *q != 0.0);
         // The operator is symmetric: rows along of a column are the columns along in that row.
@@ -115,7 +115,7 @@ impl Tangential {
     /// sticks. `soft` is added to the diagonal across.
     pub fn solve(
         &self,
-        (seen, stick): Known<'_>,
+        (seen, stick): MapAndStick<'_>,
         soft: &[f32],
         rhs: &[f32],
         forcing: f32,
@@ -146,7 +146,7 @@ impl Tangential {
     /// unit of W) times the motion along d at the nodes that slip.
     pub fn feed(
         &self,
-        known: Known<'_>,
+        known: MapAndStick<'_>,
         feed: &[f32],
         (along, found, pressure): (&mut [f32], &mut [f32], &[f32]),
         (soft, rhs, forcing): (&[f32], f32, f32),

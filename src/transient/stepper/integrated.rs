@@ -5,7 +5,7 @@ use super::super::border::Border;
 use super::super::model::Impact;
 use super::super::problem::{Effort, StepProblem, StepSolution};
 use super::Stepper;
-use crate::contact::consistent::{self, Cells, Law, Memory, Posed, Surface};
+use crate::contact::consistent::{self, CellProblem, Cells, Law, Memory, Surface};
 use crate::contact::law::{Augmentation, Status};
 use crate::{Error, Result};
 
@@ -102,8 +102,8 @@ impl Stepper<'_> {
 
 impl Integrated {
     /// `nodes` and their neighbours.
-    pub(super) fn around(&self, nodes: Vec<usize>) -> Vec<usize> {
-        self.surface.around(nodes.into_iter())
+    pub(super) fn with_neighbours(&self, nodes: Vec<usize>) -> Vec<usize> {
+        self.surface.with_neighbours(nodes.into_iter())
     }
 
     /// Solves the problem of a step on the `nodes` from the reactions `guess`, N, `[3k]`, and a shift.
@@ -136,9 +136,10 @@ impl Integrated {
         for (border, s) in p.borders.iter().zip(shift) {
             (total[component(border)], from[component(border)]) = (Some(border.total), *s);
         }
-        let posed = Posed { cells, law, response: p.matrix.matrix(), constant: p.free, total, measure: &vec![1.0; k] };
+        let posed =
+            CellProblem { cells, law, response: p.matrix.matrix(), constant: p.free, total, measure: &vec![1.0; k] };
         let target = p.tolerance * scale;
-        let mut now = posed.at(guess.to_vec(), from);
+        let mut now = posed.iterate(guess.to_vec(), from);
         let mut spent = consistent::Effort::default();
         // What rounding leaves is removed by a product of the whole once the method is there.
         for _ in 0..3 {
@@ -157,7 +158,7 @@ impl Integrated {
                     left
                 ))
             })?;
-            now = posed.at(reached.forces, reached.shift);
+            now = posed.iterate(reached.forces, reached.shift);
             if now.largest <= target {
                 let status = (0..k).map(|i| law.status(now.fields(), i)).collect();
                 return Ok(StepSolution {

@@ -37,14 +37,14 @@ impl StepDrive {
         for (patch, (creep, spin)) in drive.patches.iter().zip(&mut creeps) {
             for c in 0..2 {
                 match &patch.tangential[c] {
-                    Tangential::Creep(history) => creep[c] = history.at(t + 0.5 * h),
+                    Tangential::Creep(history) => creep[c] = history.value(t + 0.5 * h),
                     Tangential::Force(history) => {
-                        borders.push(Border::of_component(c, history.at(t + h)));
+                        borders.push(Border::of_component(c, history.value(t + h)));
                         unknown.push(Unknown::Creep(c));
                     }
                 }
             }
-            *spin = patch.spin.at(t + 0.5 * h);
+            *spin = patch.spin.value(t + 0.5 * h);
         }
         let open: Vec<bool> = (0..drive.patches.len()).map(|c| drive.is_open(c, t + h)).collect();
         let (mut motions, mut rates) = (vec![0.0; drive.motions.len()], vec![0.0; drive.motions.len()]);
@@ -55,12 +55,12 @@ impl StepDrive {
                     motions[j] = before.motions[j];
                 }
                 Normal::Force(history) => {
-                    borders.push(motion.border(history.at(t + h)));
+                    borders.push(motion.border(history.value(t + h)));
                     unknown.push(Unknown::Motion(j));
                 }
                 Normal::Approach(history) => {
-                    motions[j] = history.at(t + h);
-                    rates[j] = (history.at(t + h) - history.at(t)) / h;
+                    motions[j] = history.value(t + h);
+                    rates[j] = (history.value(t + h) - history.value(t)) / h;
                 }
             }
         }

@@ -84,7 +84,7 @@ pub(super) struct NodeState {
 }
 
 /// State at the end of a step.
-pub(super) struct End {
+pub(super) struct StepEnd {
     pub(super) solution: StepSolution,
     /// W R and Ψ q_free on the rows of the working set, m.
     pub(super) response: Vec<f64>,

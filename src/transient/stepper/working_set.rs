@@ -131,7 +131,7 @@ impl Stepper<'_> {
         let course = match closed {
             // Only at its own node the gaps of the edge are known.
             [true, false, false] if !own => UpwindReconstruction::Line,
-            _ => UpwindReconstruction::of(h, closed, || {
+            _ => UpwindReconstruction::new(h, closed, || {
                 let gap = |k: usize| self.passing.before[ws.nodes[near[k]]];
                 let approach = self.settings.drive.approaches(&self.state.motions)[ws.patch_of(a)];
                 [1, 2].map(|k| gap(k) - approach + ws.u[3 * near[k] + 2])
@@ -175,7 +175,7 @@ impl Stepper<'_> {
             }
         }
         let mut nearest = f64::INFINITY;
-        let seen = self.shapes.seen(q);
+        let seen = self.shapes.contact_amplitudes(q);
         for i in (0..s.len()).filter(|&i| ws.place[i] == usize::MAX && closes(i)) {
             let col = self.model.residual.col(3 * i + 2);
             let mut elastic = [0.0; 3];
@@ -225,7 +225,7 @@ impl Stepper<'_> {
     /// Drops core nodes when many of them are open.
     pub(super) fn shrink(&mut self) -> Result<()> {
         let needed = match &self.integrated {
-            Some(integrated) => integrated.around(pressed(&self.state.reaction)).len(),
+            Some(integrated) => integrated.with_neighbours(pressed(&self.state.reaction)).len(),
             None => self.report.closed(),
         };
         if self.working.core > 12 && 3 * self.working.core > 4 * needed + 36 {
@@ -238,7 +238,7 @@ impl Stepper<'_> {
     pub(super) fn gather(&mut self, mut core: Vec<usize>) -> Result<()> {
         let s = self.model.interface;
         if let Some(integrated) = &self.integrated {
-            core = integrated.around(core);
+            core = integrated.with_neighbours(core);
         }
         core.sort_unstable();
         core.dedup();
@@ -297,7 +297,7 @@ impl Stepper<'_> {
         let around = AlignedVec::columns(beyond.len(), columns(beyond).into_iter());
         let psi: Vec<f64> = rows.iter().flat_map(|&row| self.shapes.row(row).iter().copied()).collect();
         let psi = AlignedVec::from(psi.into_iter());
-        let seen = self.shapes.seen(&self.state.q);
+        let seen = self.shapes.contact_amplitudes(&self.state.q);
         // Displacements of the present state: Ψ q + S R.
         let loaded: Vec<usize> = (0..self.state.reaction.len()).filter(|&k| self.state.reaction[k] != 0.0).collect();
         let u = rows

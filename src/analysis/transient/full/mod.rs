@@ -141,7 +141,7 @@ pub(super) fn run(
         let ready = rolling.ready()?;
         let reduced = ready.model(model.1);
         let identity = checkpoint::identity(&reduced);
-        let (rest, settings) = ready.begin(&reduced, &rolling)?;
+        let (rest, settings) = ready.initial_state(&reduced, &rolling)?;
         let interface = ready.interface().clone();
         Ok((interface, rest, settings, identity))
     })?;
@@ -196,7 +196,7 @@ pub(super) fn run(
         course.go(stepper, begun.identity.as_deref(), keep, run.progress)
     };
     let done = go();
-    leader.borrow().end();
+    leader.borrow().release_ranks();
     // The factors are freed by all ranks together, and the others have done with theirs.
     drop(leader);
     world.agree(done.map(Some))

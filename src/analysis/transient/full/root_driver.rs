@@ -189,7 +189,7 @@ impl<'a> RootDriver<'a> {
     }
 
     /// Lets the other ranks go.
-    pub(super) fn end(&self) {
+    pub(super) fn release_ranks(&self) {
         self.pair.order(Order::End);
     }
 }

@@ -12,7 +12,7 @@ fn wanted(power: serde_json::Value) -> SoundPower {
 /// on to `count`, some in each; the first segment holds none.
 fn record(folder: &tempfile::TempDir, interval: f64, count: usize, q: impl Fn(usize, f64) -> Vec<f64>) -> Segments {
     let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
-    segments.begin(serde_json::Value::Null).expect("a run");
+    segments.start_run(serde_json::Value::Null).expect("a run");
     segments.write(0, &[Table::scalar("/checkpoint/step", "1", "Steps.", 0i64)]).expect("the start");
     for first in (1..=count).step_by(700) {
         let rows = first..(first + 700).min(count + 1);
@@ -47,7 +47,7 @@ fn mean_squares(sound: &Sound<'_>, from: f64, segments: &Segments) -> Result<Vec
 fn velocities_are_kept_to_the_highest_frequency_and_faster_ones_hardly_appear() {
     let wanted = wanted(json!({ "min_frequency": 200, "max_frequency": 1300 }));
     let bands = bands_within(KEY, &wanted, 1e4).expect("bands");
-    let highest = bands.end();
+    let highest = bands.highest();
     for step in [1e-5, 7.3e-5] {
         let sound = Sound::of(&wanted, bands, step);
         assert!((sound.interval - sound.stride() as f64 * step).abs() < 1e-18);
@@ -135,7 +135,7 @@ fn a_record_that_is_accepted_is_long_enough() {
                 let job = run(long);
                 let wanted = job.sound_power.as_ref().expect("sound");
                 // The lowest band alone, where the samples are farthest apart.
-                let sound = Sound::of(wanted, Bands::of(min_frequency, min_frequency), step);
+                let sound = Sound::of(wanted, Bands::spanning(min_frequency, min_frequency), step);
                 let total = (job.duration / step).round() as u64;
                 let rows = |from: f64| {
                     let times = (1..=total / sound.stride()).map(|k| k as f64 * sound.interval);
@@ -144,7 +144,7 @@ fn a_record_that_is_accepted_is_long_enough() {
                 let welch = Welch::new(1.0 / sound.interval, time);
                 let (found, needed) = (rows(begin(&job, wanted)) - 1, welch.length());
                 assert!(found >= needed, "step {step} s, {min_frequency} Hz, from {from} s: {found} of {needed}");
-                let sample = step.max(1.0 / (6.0 * sound.bands.end()));
+                let sample = step.max(1.0 / (6.0 * sound.bands.highest()));
                 assert!(long - time < 4.0 * sample + 1e-8, "{} s more than {time} s", long - time);
                 least = least.min(found - needed);
             }
@@ -171,7 +171,7 @@ fn bands_end_below_the_highest_frequency_wanted_and_below_the_modes() {
 #[test]
 fn patches_resolve_the_waves_in_the_air_and_those_of_the_body() {
     let wanted = wanted(json!({ "sound_speed": 340 }));
-    for (reach, size) in [(200.0, 0.03), (5000.0, 340.0 / 3.0 / Bands::of(4000.0, 4000.0).end())] {
+    for (reach, size) in [(200.0, 0.03), (5000.0, 340.0 / 3.0 / Bands::spanning(4000.0, 4000.0).highest())] {
         let (bands, air) = (bands_within(KEY, &wanted, reach).expect("bands"), radiation::air(&wanted));
         let found = radiation::patch_sizes((bands, air), 1.0);
         assert!((found[0] - size).abs() < 1e-12 && found[1] == 0.03, "to {reach} Hz: {found:?} for {size}");
@@ -189,10 +189,10 @@ fn forces_of_all_steps_become_means_between_the_samples() {
     let sound = Sound::of(&wanted, bands, step);
     let stride = sound.stride() as usize;
     assert!(stride > 3, "{stride}");
-    let tones = [0.3, 0.6, 0.95].map(|part| part * bands.end());
+    let tones = [0.3, 0.6, 0.95].map(|part| part * bands.highest());
     let folder = tempfile::tempdir().expect("a folder");
     let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
-    segments.begin(serde_json::Value::Null).expect("a run");
+    segments.start_run(serde_json::Value::Null).expect("a run");
     segments.write(0, &[Table::scalar("/checkpoint/step", "1", "Steps.", 0i64)]).expect("the start");
     let (total, segment) = (2000 * stride, 257);
     for first in (1..=total).step_by(segment) {

@@ -66,7 +66,7 @@ struct Seen {
 #[test]
 fn datasets_hold_what_their_names_say_at_the_times_they_should() {
     let root = model();
-    let model = Model::of(&root.pair, &root.interface);
+    let model = Model::new(&root.pair, &root.interface);
     let approach = History::table("approach", &[[0.0, 2e-3], [1.0, 0.1]], 1.0).expect("a history");
     let settings = Settings {
         scheme: Scheme { step: H, theta: 0.5 },
@@ -101,8 +101,8 @@ fn datasets_hold_what_their_names_say_at_the_times_they_should() {
 
     let folder = tempfile::tempdir().expect("a folder");
     let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
-    segments.begin(serde_json::Value::Null).expect("a run");
-    segments.write(0, &points.kept()).expect("the start");
+    segments.start_run(serde_json::Value::Null).expect("a run");
+    segments.write(0, &points.checkpoint_tables()).expect("the start");
     // A run that is continued takes what moves the points from its first segment.
     let again = Points::restore(&wanted, &segments.open_first().expect("the first")).expect("the points");
     assert_eq!((&again.names, &again.at), (&points.names, &points.at));
@@ -112,7 +112,7 @@ fn datasets_hold_what_their_names_say_at_the_times_they_should() {
     let first = stepper.state().clone();
     for step in 1..=STEPS[0] {
         stepper.advance().expect("a step");
-        recorder.take(&stepper);
+        recorder.record_step(&stepper);
         let r = stepper.report();
         seen.push(Seen {
             state: stepper.state().clone(),

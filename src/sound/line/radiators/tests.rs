@@ -59,7 +59,7 @@ fn a_round_bar_radiates_as_a_beam_of_moving_cylinders() {
         patch: Patch { radius: 2e-3 },
     };
     let rail = Infinite::new(&making, 2.0 * PI * 3000.0).expect("rail");
-    let bands = Bands::of(100.0, 2000.0);
+    let bands = Bands::spanning(100.0, 2000.0);
     let radiators = complete(&rail, &bands);
     let (area, inertia) = (PI * radius * radius, PI * radius.powi(4) / 4.0);
     // Its critical frequency is about 640 Hz.
@@ -119,7 +119,7 @@ fn rail(reach: f64) -> Infinite {
 #[test]
 fn powers_are_the_same_near_and_far() {
     let rail = rail(3000.0);
-    let radiators = Radiators::new(&rail, AIR, &Bands::of(100.0, 4000.0));
+    let radiators = Radiators::new(&rail, AIR, &Bands::spanning(100.0, 4000.0));
     let (surface, q) = (&radiators.meshed.surface, 12);
     // Mixtures of all motions.
     let mix = Mat::from_fn(radiators.normal.ncols(), q, |i, j| ((7 * i + 5 * j * j) as f64).sin());
@@ -151,7 +151,7 @@ fn powers_are_the_same_near_and_far() {
 #[test]
 fn powers_are_interpolated() {
     let rail = rail(5100.0);
-    let bands = Bands::of(100.0, 4000.0);
+    let bands = Bands::spanning(100.0, 4000.0);
     let radiators = complete(&rail, &bands);
     let grid = radiators.frequencies(&bands);
     assert!(grid.len() > 200 && grid.windows(2).all(|w| w[0] < w[1] && w[1] < 1.02 * w[0]), "{grid:?}");
@@ -166,7 +166,7 @@ fn powers_are_interpolated() {
         };
         let mixed = vec![Complex64::new(0.3, 0.1), Complex64::new(-0.5, 0.6), Complex64::new(1.0, -0.2)];
         for x in [unit(0), unit(1), unit(2), mixed] {
-            let powers = radiation.of(middle, &x);
+            let powers = radiation.power(middle, &x);
             for kind in 0..2 {
                 let at = &found[kind][4 * 18..];
                 let entry = |i: usize, j: usize| Complex64::new(at[i + 3 * j], at[9 + i + 3 * j]);
@@ -229,7 +229,7 @@ fn moving<'a>(rail: &'a Infinite, bands: &Bands, motion: &Mat<f64>) -> Radiators
 #[test]
 fn sections_that_deform_are_heard_above_a_kilohertz() {
     let rail = rail(2600.0);
-    let bands = Bands::of(100.0, 2000.0);
+    let bands = Bands::spanning(100.0, 2000.0);
     let (motions, length) = rigid_motions(&rail);
     let weighted = Mat::from_fn(motions.nrows(), 3, |i, j| length[i / 2] * motions[(i, j)]);
     let amplitudes = (weighted.transpose() * &motions).partial_piv_lu().solve(weighted.transpose() * rail.motion());
@@ -260,7 +260,7 @@ fn a_rail_without_damping_is_refused() {
         patch: Patch { radius: 2e-3 },
     };
     let rail = Infinite::new(&making, 2.0 * PI * 1500.0).expect("rail");
-    let radiators = complete(&rail, &Bands::of(800.0, 1000.0));
+    let radiators = complete(&rail, &Bands::spanning(800.0, 1000.0));
     let error = radiators.at(900.0).expect_err("endless waves");
     assert!(error.message().contains("900.0 Hz") && error.message().contains("track.loss_factor"), "{error}");
 }

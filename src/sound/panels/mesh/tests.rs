@@ -3,14 +3,14 @@ use crate::fem::Material;
 use crate::sound::revolved::{square, Exterior};
 use crate::sound::Air;
 use crate::swept::modes::of_order;
-use crate::swept::{Forms, Given, Wheel};
+use crate::swept::{Forms, SectionSource, Wheel};
 use std::f64::consts::PI;
 
 const AIR: Air = Air { density: 1.2, speed: 343.0 };
 const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
 
 fn wheel() -> (Forms, Outline) {
-    let section = Given::Wheel(Wheel::w920s(0.0)).for_modes().expect("section");
+    let section = SectionSource::Wheel(Wheel::w920s(0.0)).for_modes().expect("section");
     let outline = section.outline(&section.groups["inner"]).expect("outline");
     (Forms::new(section, STEEL, &["inner".into()]).expect("forms"), outline)
 }

@@ -260,3 +260,21 @@ fn pressures_outside_are_hankels_functions_too() {
         }
     }
 }
+
+impl Exterior<'_> {
+    /// Pressure at a point (r, y) outside of the body, Pa, `[m]`, in the plane where cos nθ = 1.
+    fn pressure(&self, field: &Field, at: [f64; 2]) -> Vec<Complex64> {
+        let k = self.air.wave_number(self.frequency);
+        let mut integrals = Integrals::new(Layers::new(field.order), field.order + 1);
+        let mut p = vec![Complex64::default(); field.velocity.ncols()];
+        let source = Complex64::i() * self.angular() * self.air.density;
+        self.surface.integrate(at, None, k, &mut integrals, |order, node, [single, double]| {
+            if order == field.order {
+                for (c, p) in p.iter_mut().enumerate() {
+                    *p += double * field.pressure[(node, c)] + single * source * field.velocity[(node, c)];
+                }
+            }
+        });
+        p
+    }
+}

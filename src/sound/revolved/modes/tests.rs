@@ -2,8 +2,8 @@ use super::*;
 use crate::fem::Material;
 use crate::sound::radiators::{add, Key, Patch};
 use crate::sound::Radiation;
-use crate::swept::modes::{of_order, Seen};
-use crate::swept::{Forms, Given, OrderModes, Wheel};
+use crate::swept::modes::{of_order, ContactModeData};
+use crate::swept::{Forms, OrderModes, SectionSource, Wheel};
 use num_complex::Complex64;
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -13,16 +13,16 @@ const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 }
 
 /// Modes of W920S up to `reach` (Hz) of these orders; and their frequencies.
 fn wheel(orders: &[usize], reach: f64) -> (OutlineModes, Vec<f64>) {
-    let section = Given::Wheel(Wheel::w920s(0.0)).for_modes().expect("section");
+    let section = SectionSource::Wheel(Wheel::w920s(0.0)).for_modes().expect("section");
     let outline = section.outline(&section.groups["inner"]).expect("outline");
     let forms = Forms::new(section, STEEL, &["inner".into()]).expect("forms");
     let mut found = OutlineModes { outline, orders: Vec::new(), count: 0 };
     let mut frequency = Vec::new();
     for &order in orders {
         let modes = of_order(&forms, order, 2.0 * PI * reach).expect("modes");
-        let seen = Seen::of(&forms, &modes, &[], None).with_outline(&forms, &modes, &found.outline.nodes);
+        let seen = ContactModeData::new(&forms, &modes, &[], None).with_outline(&forms, &modes, &found.outline.nodes);
         let mut places = Vec::new();
-        for _ in 0..Seen::families(order) {
+        for _ in 0..ContactModeData::families(order) {
             places.push((found.count..found.count + seen.omega.len()).collect());
             found.count += seen.omega.len();
             frequency.extend(seen.omega.iter().map(|w| w / (2.0 * PI)));
@@ -38,7 +38,7 @@ fn wheel(orders: &[usize], reach: f64) -> (OutlineModes, Vec<f64>) {
 fn resistances_are_interpolated() {
     let (modes, _) = wheel(&[0, 2, 3], 2000.0);
     let radiators = Radiators::new(&modes, AIR);
-    let bands = Bands::of(200.0, 4000.0);
+    let bands = Bands::spanning(200.0, 4000.0);
     let grid = radiators.frequencies(&bands);
     assert!(grid.windows(2).all(|w| w[0] < w[1] && w[1] < 1.08 * w[0]));
     let m = modes.count;
@@ -54,7 +54,7 @@ fn resistances_are_interpolated() {
         let alone = |k: usize| (0..m).map(|i| Complex64::new(f64::from(u8::from(i == k)), 0.0)).collect();
         let cases: Vec<Vec<Complex64>> = (0..m).map(alone).chain([mixture.collect()]).collect();
         for (k, x) in cases.iter().enumerate() {
-            let [power, _] = radiation.of(middle, x);
+            let [power, _] = radiation.power(middle, x);
             let wanted: f64 = (0..m * m).map(|ij| (x[ij % m].conj() * exact[ij] * x[ij / m]).re).sum();
             // Torsion moves nothing but the air's shear.
             if wanted > 1e-6 {

@@ -1,0 +1,160 @@
+//! Bodies of a wheel on a rail with all their contacts.
+
+use super::{missing, Placed};
+use crate::body::half_space::{HalfSpace, HalfSpaceBody};
+use crate::body::Side;
+use crate::case::bodies::{material_of, of_elements, Bodies, Place};
+use crate::case::meshes::Meshes;
+use crate::case::surfaces::beside_nodes;
+use crate::case::{rail, swept};
+use crate::fem::rotation::Axis;
+use crate::grid::ContactGrid;
+use crate::job::{Job, MeshSource};
+use crate::parallel::World;
+use crate::petsc::session::Petsc;
+use crate::placement::{Gap, Seat};
+use crate::progress::Progress;
+use crate::summary::Summary;
+use crate::{job, Result};
+
+/// Collective: the two places of a wheel on a rail.
+pub(crate) fn build<'p>(
+    petsc: &'p Petsc<'p>,
+    job: &Job,
+    meshes: &Meshes,
+    progress: &mut Progress,
+    summary: &mut Summary,
+) -> Result<Bodies<'p>> {
+    let world = petsc.world();
+    progress.stage("placing the wheel");
+    let placed = world.on_root(|| Placed::all(job))?.unwrap_or_default();
+    for (number, one) in placed.iter().enumerate() {
+        if placed.len() > 1 {
+            let wheel = one.wheel_of(job).map_or(String::new(), |wheel| format!(", {wheel}"));
+            summary.line(format!("contact {} of {}{wheel}", number + 1, placed.len()));
+        }
+        one.lines().into_iter().for_each(|line| summary.line(line));
+    }
+    let moves = job.bodies().iter().any(|(_, body)| body.mesh.is_some());
+    let sites = ContactSite::all(world, &placed)?;
+    let first = sites.first().ok_or_else(|| missing("a contact"))?;
+    let touched = !job.analyses.on_contact().is_empty();
+    let mut bodies = Bodies::none();
+    for (name, body) in job.bodies() {
+        let side = Side::named(name).unwrap_or(Side::Lower);
+        let stands = match (placed.first(), &body.mesh) {
+            (Some(placed), Some(MeshSource::File(_))) => Some(placed.standing(job, meshes, name, body)),
+            _ => None,
+        };
+        let stands = world.agree(stands.transpose())?;
+        let transfer = stands.as_ref().map(|s| s.transfer.clone());
+        let grids: Vec<ContactGrid> = placed.iter().map(|p| p.grid(side, transfer.clone())).collect();
+        if matches!(body.mesh, Some(MeshSource::File(_))) {
+            let distance = world.broadcast(stands.as_ref().map_or(Vec::new(), |s| vec![s.axle]));
+            let axis = distance.first().filter(|_| body.rotates()).map(|&d| Axis::below(d));
+            if let Some(stands) = &stands {
+                summary.line(format!("body {name}: {}", stands.text));
+            }
+            progress.stage(format!("distribution and assembly, body {name}"));
+            let mesh = (stands.as_ref().map(|s| &s.mesh), grids.first());
+            bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), mesh, axis)?));
+        } else if moves {
+            bodies.unique.push(match &body.mesh {
+                Some(MeshSource::Extruded(_)) => {
+                    let [near, far] = [true, false].map(|near| on_one_rail(&sites, first.side, near, touched));
+                    match far.is_empty() {
+                        true => Box::new(rail::build((world, summary), job, (name, body), &near)?),
+                        false => Box::new(rail::build_both((world, summary), job, (name, body), [&near, &far])?),
+                    }
+                }
+                Some(MeshSource::Revolved(_)) => {
+                    let on = |site: &'_ ContactSite| swept::WheelContact {
+                        seat: site.seats[side.index()],
+                        side: site.side,
+                        lines: touched.then(|| site.lines.clone()),
+                        along: (first.from_axle - site.from_axle) / site.radius,
+                    };
+                    let contacts: Vec<swept::WheelContact> = sites.iter().map(on).collect();
+                    Box::new(swept::wheel((world, summary), (name, body), &contacts)?)
+                }
+                _ => {
+                    let m = body.elastic()?;
+                    let grid = Some([&first.lines[0][..], &first.lines[1][..]]).filter(|_| touched);
+                    Box::new(HalfSpaceBody::new(world, name, HalfSpace { young: m.young, poisson: m.poisson }, grid))
+                }
+            });
+        }
+        let index = bodies.unique.len().saturating_sub(1);
+        let laid = world.on_root(|| match (&stands, grids.first()) {
+            (Some(s), Some(grid)) if job.output.fields => beside_nodes(&s.mesh, grid, first.seats[side.index()].tilt),
+            _ => Ok(Vec::new()),
+        })?;
+        let laid = laid.unwrap_or_default();
+        let checksum = stands.map(|s| s.mesh.checksum()).unwrap_or_default();
+        bodies.places.push(Place { checksum, laid, ..Place::meshless((name, side), index, grids, material_of(body)?) });
+    }
+    Ok(bodies)
+}
+
+/// The contacts of `sites` on the rail of the side `first`, or on the other one.
+fn on_one_rail(sites: &[ContactSite], first: job::TrackSide, near: bool, touched: bool) -> Vec<rail::RailContact> {
+    let own: Vec<&ContactSite> = sites.iter().filter(|site| (site.side == first) == near).collect();
+    let on = |site: &&ContactSite| rail::RailContact {
+        at: Some(on_rail(site.seats[Side::Lower.index()], site.side)),
+        lines: touched.then(|| site.lines.clone()),
+        along: own[0].ahead - site.ahead,
+    };
+    own.iter().map(on).collect()
+}
+
+/// Position of the contact on the rail on a side of the track.
+pub(in crate::case) fn on_rail(seat: Seat, side: job::TrackSide) -> rail::RailContactPosition {
+    rail::RailContactPosition {
+        y: seat.y,
+        z: Some(seat.z),
+        right: side == job::TrackSide::Right,
+        tilt: Some(seat.tilt),
+    }
+}
+
+/// A contact of a wheel on its rail, known on every rank.
+struct ContactSite {
+    /// Place of its frame on the rail and on the wheel.
+    seats: [Seat; 2],
+    /// Lines of its grid along x and y, m.
+    lines: [Vec<f64>; 2],
+    /// Side of the track.
+    side: job::TrackSide,
+    /// Distance of its frame ahead of the middle of the axle along the track, m.
+    ahead: f64,
+    /// Distance of its frame ahead of the axle, across it, m.
+    from_axle: f64,
+    /// Rolling radius, m.
+    radius: f64,
+}
+
+impl ContactSite {
+    /// Collective: the contacts that rank 0 has `placed`.
+    pub(super) fn all(world: &World, placed: &[Placed]) -> Result<Vec<Self>> {
+        let seats = |p: &Placed| p.placed.seats(&p.frame).map_err(|e| e.context("contact.placement"));
+        let numbers = world.on_root(|| {
+            let of = |p: &Placed| -> Result<Vec<f64>> {
+                let seats = seats(p)?.into_iter().flat_map(|s| [s.y, s.z, s.tilt]);
+                let right = f64::from(u8::from(p.side == job::TrackSide::Right));
+                let ahead = [p.frame.origin()[0], p.placed.ahead_of_axle(&p.frame)];
+                Ok(seats.chain(ahead).chain([p.placed.touch().radius, right]).collect())
+            };
+            Ok(placed.iter().map(of).collect::<Result<Vec<_>>>()?.concat())
+        })?;
+        let numbers = world.broadcast(numbers.unwrap_or_default());
+        let site = |(k, of): (usize, &[f64])| {
+            let seat = |i: usize| Seat { y: of[3 * i], z: of[3 * i + 1], tilt: of[3 * i + 2] };
+            let lines =
+                |of: fn(&Gap) -> &Vec<f64>| world.broadcast(placed.get(k).map_or(Vec::new(), |p| of(&p.gap).clone()));
+            let lines = [lines(|g| &g.x), lines(|g| &g.y)];
+            let side = if of[9] > 0.5 { job::TrackSide::Right } else { job::TrackSide::Left };
+            Self { seats: [seat(0), seat(1)], side, lines, ahead: of[6], from_axle: of[7], radius: of[8] }
+        };
+        Ok(numbers.chunks_exact(10).enumerate().map(site).collect())
+    }
+}

@@ -1,0 +1,66 @@
+//! Rows of the contact, condensed to the contact functions.
+
+use super::following::Following;
+use super::modal::real_times;
+use super::C;
+use crate::stability::reduced::{ContactRows, Pencil};
+use faer::Mat;
+
+/// The contact in what it sees: rows (λ `by_rate` + `at_rest`) (y, f) = 0 and forces on y, `[r, r + nf]`.
+pub(super) struct Condensed {
+    pub(super) rows: ContactRows,
+    pub(super) seen: usize,
+    pub(super) following: Following,
+    /// Forces on y by the f of [`Following::turned`], `[r, nf]`.
+    pub(super) turned: Mat<f64>,
+}
+
+impl Condensed {
+    pub(super) fn new(mut rows: ContactRows, seen: usize, rate: f64) -> Self {
+        // Rows of one size.
+        for i in 0..rows.by_rate.nrows() {
+            let size = |j: usize| rows.by_rate[(i, j)].abs() * rate + rows.at_rest[(i, j)].abs();
+            let largest = (0..rows.by_rate.ncols()).map(size).fold(0.0, f64::max);
+            if largest > 0.0 {
+                for j in 0..rows.by_rate.ncols() {
+                    rows.by_rate[(i, j)] /= largest;
+                    rows.at_rest[(i, j)] /= largest;
+                }
+            }
+        }
+        let following = Following::new(&rows, seen, rate);
+        let turned = following.onto(rows.forces.as_ref().subcols(seen, rows.by_rate.nrows()));
+        Self { rows, seen, following, turned }
+    }
+
+    pub(super) fn unknowns(&self) -> usize {
+        self.rows.by_rate.nrows()
+    }
+
+    /// Forces on y per y at λ, `[r, r]`.
+    pub(super) fn stiffness(&self, lambda: C) -> Mat<C> {
+        self.forces(&self.following.turned(lambda))
+    }
+
+    /// The same where f follows y as [`Following::turned`] says.
+    pub(super) fn forces(&self, turned: &Mat<C>) -> Mat<C> {
+        let r = self.seen;
+        let mut k = real_times(&self.turned, turned);
+        for j in 0..r {
+            for i in 0..r {
+                k[(i, j)] += self.rows.forces[(i, j)];
+            }
+        }
+        k
+    }
+
+    /// Eigenvalues of the contact by itself, y = 0, with Im ≥ 0, whose angle is at most `angle`; none where they are
+    /// not to be had.
+    pub(super) fn relaxations(&self, rate: f64, angle: f64) -> Option<Vec<C>> {
+        let (r, nf) = (self.seen, self.unknowns());
+        let part = |of: &Mat<f64>, f: f64| Mat::from_fn(nf, nf, |i, j| f * of[(i, r + j)]);
+        let pencil = Pencil::scaled(part(&self.rows.at_rest, -1.0), part(&self.rows.by_rate, rate));
+        let values = pencil.values().ok()?;
+        Some(values.into_iter().map(|v| v * rate).filter(|v| v.im.atan2(v.re) <= angle).collect())
+    }
+}

@@ -1,0 +1,226 @@
+//! Compliance and motions of a part of the modes.
+
+use super::{Group, Part, Poles, Reading, Single, COUPLED, ROUNDING};
+use crate::body::ModalMatrix;
+use crate::model::CoupledModel;
+use crate::stability::secular::terms::Terms;
+use crate::stability::secular::C;
+use faer::{Mat, MatRef};
+
+impl Part {
+    /// The modes from `first` to before `end`, whose amplitudes of the functions are in `basis`, `[functions, modes
+    /// of both]`.
+    pub(super) fn new(
+        bodies: &CoupledModel,
+        (first, end): (usize, usize),
+        basis: MatRef<'_, f64>,
+        at: usize,
+    ) -> Option<Self> {
+        let functions = basis.nrows();
+        let (mut singles, mut groups) = (Vec::new(), Vec::new());
+        for modes in coupled(bodies, first, end) {
+            if modes.len() > 1 {
+                groups.push(Group::new(bodies, modes, basis)?);
+                continue;
+            }
+            let mode = modes[0];
+            let (stiffness, damping) = (bodies.stiffness.get(mode, mode), bodies.damping.get(mode, mode));
+            if !(stiffness > 0.0) {
+                return None;
+            }
+            singles.push(Single { mode, stiffness, damping, seen: (0..functions).map(|i| basis[(i, mode)]).collect() });
+        }
+        let of = |real: bool| {
+            let all = groups.iter().flat_map(|g: &Group| g.own.terms.iter());
+            all.filter(move |p| (p.im == 0.0) == real).copied().collect::<Vec<C>>()
+        };
+        let (real, pairs) = (of(true), of(false));
+        let terms = Terms {
+            singles: [singles.iter().map(|s| s.stiffness).collect(), singles.iter().map(|s| s.damping).collect()],
+            real: real.iter().map(|p| p.re).collect(),
+            pairs: [pairs.iter().map(|p| p.re).collect(), pairs.iter().map(|p| p.im).collect()],
+        };
+        let mut residues = Mat::<f64>::zeros(functions * functions, terms.columns());
+        for (t, s) in singles.iter().enumerate() {
+            for k in 0..functions * functions {
+                residues[(k, t)] = s.seen[k % functions] * s.seen[k / functions];
+            }
+        }
+        let (mut real, mut pairs) = (0, 0);
+        for g in &groups {
+            let count = g.own.terms.len();
+            let moved = Mat::from_fn(functions, g.modes.len(), |i, j| basis[(i, g.modes[j])]) * &g.own.right;
+            for (j, pole) in g.own.terms.iter().enumerate() {
+                let of = |k: usize| {
+                    let i = k % functions;
+                    C::new(moved[(i, j)], moved[(i, count + j)]) * g.driven[(j, k / functions)]
+                };
+                if pole.im == 0.0 {
+                    (0..functions * functions).for_each(|k| residues[(k, terms.of_real(real))] = of(k).re);
+                    real += 1;
+                } else {
+                    // R/(λ − p) and its conjugate.
+                    let [along, aside] = terms.of_pair(pairs);
+                    for k in 0..functions * functions {
+                        let residue = of(k);
+                        (residues[(k, along)], residues[(k, aside)]) = (2.0 * residue.re, -2.0 * residue.im);
+                    }
+                    pairs += 1;
+                }
+            }
+        }
+        Some(Self { first: at, functions, singles, groups, terms, residues })
+    }
+
+    /// Its G at each of `values`, real part and imaginary part, and the same of derivatives, N in all, `[functions²,
+    /// 2N values]`; and the logarithmic derivative of its P.
+    pub(super) fn compliance<const N: usize>(&self, values: &[C]) -> (Mat<f64>, Vec<C>) {
+        let columns = self.terms.columns();
+        let mut shares = vec![0.0; columns * 2 * N * values.len()];
+        let mut slopes = Vec::with_capacity(values.len());
+        for (&lambda, own) in values.iter().zip(shares.chunks_exact_mut((columns * 2 * N).max(1))) {
+            let mut parts: Vec<&mut [f64]> = own.chunks_exact_mut(columns.max(1)).collect();
+            slopes.push(self.terms.evaluate(lambda, &mut parts));
+        }
+        slopes.resize(values.len(), C::default());
+        (&self.residues * MatRef::from_column_major_slice(&shares, columns, 2 * N * values.len()), slopes)
+    }
+
+    pub(super) fn poles(&self) -> Vec<C> {
+        let single = |s: &Single| {
+            let half = 0.5 * s.damping;
+            let root = C::from(half * half - s.stiffness).sqrt();
+            [root - half, -root - half]
+        };
+        let groups = self.groups.iter().flat_map(|g| g.own.values.iter().copied());
+        self.singles.iter().flat_map(single).chain(groups).collect()
+    }
+}
+
+impl Group {
+    pub(super) fn new(bodies: &CoupledModel, modes: Vec<usize>, basis: MatRef<'_, f64>) -> Option<Self> {
+        let s = modes.len();
+        let block = |of: &ModalMatrix| Mat::from_fn(s, s, |i, j| of.get(modes[i], modes[j]));
+        let own = Poles::of(block(&bodies.stiffness), block(&bodies.damping))?;
+        let driven = &own.onto * Mat::from_fn(s, basis.nrows(), |i, j| C::from(basis[(j, modes[i])]));
+        Some(Self { modes, own, driven })
+    }
+
+    /// No more than the square of the norm of [`motions`](Self::motions) for each of `values`: as much as is read off
+    /// them at one pole.
+    pub(super) fn least(&self, values: &[C], force: &dyn Fn(usize, usize) -> C) -> Vec<f64> {
+        let by_pole = &self.driven * Mat::from_fn(self.driven.ncols(), values.len(), force);
+        let of = |(l, lambda): (usize, &C)| {
+            let at = self.own.terms.iter().zip(&self.own.readings).zip(by_pole.col_as_slice(l));
+            let read = |((pole, reading), by): ((&C, &Reading), &C)| {
+                by.norm_sqr() / (off(lambda - pole, pole.norm()).norm_sqr() * reading.square(*lambda))
+            };
+            at.map(read).fold(0.0, f64::max)
+        };
+        values.iter().enumerate().map(of).collect()
+    }
+
+    /// Amplitudes of its modes under `force` on each function, for each of `values`, `[modes, values]`.
+    pub(super) fn motions(&self, values: &[C], force: &dyn Fn(usize, usize) -> C) -> Mat<C> {
+        let (t, f, count) = (self.own.terms.len(), self.driven.ncols(), values.len());
+        let force = Mat::from_fn(f, count, force);
+        let by_pole = &self.driven * &force;
+        let by_other = Mat::from_fn(t, f, |i, j| self.driven[(i, j)].conj()) * force;
+        // Of the amplitudes a and b of a pole and of its conjugate the modes have Re (a + b) + i Im (a − b): a real
+        // product.
+        let mut amplitudes = Mat::<f64>::zeros(2 * t, 2 * count);
+        let sizes: Vec<f64> = self.own.terms.iter().map(|p| p.norm()).collect();
+        for (l, lambda) in values.iter().enumerate() {
+            for (j, pole) in self.own.terms.iter().enumerate() {
+                let size = sizes[j];
+                let a = by_pole[(j, l)] * off(lambda - pole, size).inv();
+                let b = match pole.im == 0.0 {
+                    true => C::default(),
+                    false => by_other[(j, l)] * off(lambda - pole.conj(), size).inv(),
+                };
+                let (sum, turned) = (a + b, C::i() * (a - b));
+                (amplitudes[(j, l)], amplitudes[(j, count + l)]) = (sum.re, sum.im);
+                (amplitudes[(t + j, l)], amplitudes[(t + j, count + l)]) = (turned.re, turned.im);
+            }
+        }
+        let moved = &self.own.right * amplitudes;
+        Mat::from_fn(self.modes.len(), count, |i, l| C::new(moved[(i, l)], moved[(i, count + l)]))
+    }
+}
+
+/// Removes rounding at a pole: `v`, but zero if it is less than rounding of `size`.
+pub(super) fn off(v: C, size: f64) -> C {
+    if v.norm_sqr() < (f64::EPSILON * size).powi(2) {
+        C::from(f64::EPSILON * size)
+    } else {
+        v
+    }
+}
+
+/// The modes from `first` to before `end` in groups that are coupled.
+pub(super) fn coupled(bodies: &CoupledModel, first: usize, end: usize) -> Vec<Vec<usize>> {
+    let diagonal = |m: &ModalMatrix| matches!(m, ModalMatrix::Diagonal(_));
+    if diagonal(&bodies.stiffness) && diagonal(&bodies.damping) {
+        return (first..end).map(|i| vec![i]).collect();
+    }
+    let rate: Vec<f64> = (first..end).map(|i| bodies.stiffness.get(i, i).abs().sqrt()).collect();
+    let tied = |i: usize, j: usize| {
+        let (a, b) = (rate[i - first], rate[j - first]);
+        bodies.stiffness.get(i, j).abs() > COUPLED * a * b || bodies.damping.get(i, j).abs() > COUPLED * (a * b).sqrt()
+    };
+    let mut left: Vec<usize> = (first..end).collect();
+    let mut groups = Vec::new();
+    while let Some(start) = left.first().copied() {
+        left.remove(0);
+        let mut group = vec![start];
+        let mut next = 0;
+        while next < group.len() {
+            let i = group[next];
+            let (near, far): (Vec<usize>, Vec<usize>) = left.into_iter().partition(|&j| tied(i, j) || tied(j, i));
+            group.extend(near);
+            left = far;
+            next += 1;
+        }
+        groups.push(group);
+    }
+    groups
+}
+
+/// Orthonormal functions of the columns that the rows of `shapes` consist of, by elimination of the largest row each
+/// time; none where they are more than `limit`.
+pub(super) fn functions(mut shapes: Mat<f64>, limit: usize) -> Option<Vec<Vec<f64>>> {
+    let (rows, columns) = (shapes.nrows(), shapes.ncols());
+    let mut found: Vec<Vec<f64>> = Vec::new();
+    let mut largest = 0.0;
+    loop {
+        let mut sizes = vec![0.0; rows];
+        for j in 0..columns {
+            sizes.iter_mut().zip(shapes.col_as_slice(j)).for_each(|(s, v)| *s += v * v);
+        }
+        let Some(row) = (0..rows).max_by(|&a, &b| sizes[a].total_cmp(&sizes[b])) else { return Some(found) };
+        largest = f64::max(largest, sizes[row].sqrt());
+        if sizes[row] == 0.0 || sizes[row].sqrt() <= ROUNDING * largest {
+            return Some(found);
+        }
+        if found.len() >= limit {
+            return None;
+        }
+        let mut new: Vec<f64> = (0..columns).map(|j| shapes[(row, j)]).collect();
+        for _ in 0..2 {
+            for old in &found {
+                let product: f64 = old.iter().zip(&new).map(|(a, b)| a * b).sum();
+                new.iter_mut().zip(old).for_each(|(a, b)| *a -= product * b);
+            }
+            let norm = new.iter().map(|v| v * v).sum::<f64>().sqrt();
+            new.iter_mut().for_each(|v| *v /= norm);
+        }
+        let mut along = vec![0.0; rows];
+        for (j, n) in new.iter().enumerate() {
+            along.iter_mut().zip(shapes.col_as_slice(j)).for_each(|(a, v)| *a += v * n);
+        }
+        for (j, n) in new.iter().enumerate() {
+            shapes.col_as_slice_mut(j).iter_mut().zip(&along).for_each(|(v, a)| *v -= a * n);
+        }
+        found.push(new);
+    }
+}
