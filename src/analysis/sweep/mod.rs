@@ -27,6 +27,7 @@ use crate::contact::points::{interface as of_points, reactions};
 use crate::job::{fe_inputs, range, ContactPlaces, Job, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::datasets::sweep::{tables, EigenvalueSearch, Outcome};
+use crate::output::datasets::uncertainty::interpolation_errors;
 use crate::output::Table;
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
@@ -88,6 +89,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     let done: Vec<u8> = results.iter().map(|r| u8::from(study.is_some() && r.is_some())).collect();
     let done = world.broadcast(done);
     let mut remarks = Vec::new();
+    let mut errors = Vec::new();
     let mut models = 0;
     for (family, study) in families.into_iter().zip(study.iter().cycle()) {
         let computing = places::Computing { petsc: run.petsc, meshes: run.meshes, points: &points };
@@ -103,6 +105,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             }
         };
         remarks.push(text);
+        errors.push(bodies.errors);
         models += 1;
         study.forget();
         let planned: Vec<(usize, usize)> = family.members.iter().filter(|&&i| done[i] == 0).map(|&i| (0, i)).collect();
@@ -213,6 +216,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             .collect::<Result<_>>()?;
         if let Some(study) = &study {
             run.file.tables(study.report(plan, &all, models, &mut run.summary)?);
+            run.file.tables(interpolation_errors(&errors));
             remarks.iter().for_each(|text| run.summary.value("places", text.clone()));
             return Ok(());
         }

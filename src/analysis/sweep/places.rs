@@ -2,26 +2,29 @@
 //! over their profiles ([`PlaceTable`]), where that is as good as computing it anew.
 //!
 //! Each table begins with a few places of the points. Between two of them another one is computed, and kept; where the
-//! table was wrong there, more follow between. Then some points are computed as a whole and from the tables, and the
-//! growth rates of the modes that are followed compared. All of it follows from the points of the study alone.
+//! table was wrong there, more follow between. Then some points, spread over the profile, are solved three times, and
+//! the growth rates of the modes that are followed compared: with bodies from the tables, with bodies computed at these
+//! places on the meshes of the tables ([`ERROR`]), and with bodies computed as a sweep computes them, whose mesh follows
+//! the size of the contact ([`SCATTER`]). All of it follows from the points of the study alone.
 
 use super::point_model::PointModel;
-use super::uncertain::Study;
-use super::{build, point_of};
-use crate::body::hybrid::Compact;
+use super::uncertain::{FollowedRate, Study, ALIKE};
+use super::{build, goes_on, point_of};
+use crate::body::hybrid::{Compact, LoadCircles};
 use crate::body::mode_cache::CachedModes;
 use crate::body::modes::Extent;
 use crate::body::place_table::{ComputedPlace, PlaceTable};
 use crate::body::Side;
 use crate::case::meshes::Meshes;
 use crate::case::placed_body::{are_sections, body_at, contact_seat, ContactSeat};
-use crate::job::{fe_inputs, ContactPlaces, Direction, Job, ModesExtent, StabilityState};
+use crate::job::{fe_inputs, ContactPlaces, ContactWheels, Direction, Job, ModesExtent, StabilityState};
 use crate::model::{PlacedModel, SharedModel};
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::placement::Seat;
 use crate::progress::Progress;
 use crate::{Error, Result};
+use faer::Mat;
 use serde_json::{json, Value};
 
 /// Fewer places than these are computed, each for itself.
@@ -33,14 +36,26 @@ const MOST: usize = 40;
 const PRECISE: [f64; 3] = [2e-3, 5e-4, 1e-4];
 /// A place lies between two others where it is this part of their distance away from both.
 const BETWEEN: f64 = 0.2;
-/// Radii of the circle of the loads with which a place is computed, over the mean one of so many contacts there.
-const ABOUT: [f64; 2] = [0.9, 1.1];
-const NEIGHBOURS: usize = 9;
-/// Points that are computed as a whole, and the difference of growth rates that is small enough, over the larger one
-/// of them and `SMALL`, 1/s.
+/// Contacts whose circles of the loads are those of a place, the part by which their range is widened, and the least
+/// width of it over its middle.
+const NEIGHBOURS: usize = 15;
+const WIDENED: f64 = 0.03;
+const NARROWEST: f64 = 0.1;
+/// Radius that the sections are meshed for over the smallest one: on the mesh of a contact the compliance depends on how
+/// the elements lie below the load, which no interpolation follows.
+const FINER: f64 = 0.5;
+/// Points that are solved to compare them, those at least, and those that are tried for each of them, since a point may
+/// have no state of rest.
 const CHECKED: usize = 8;
-pub(super) const AGREES: f64 = 1e-4;
+const FEWEST: usize = 4;
+const TRIED: usize = 3;
+/// Differences of growth rates that are small enough, over the larger one of them and `SMALL`, 1/s: from bodies that are
+/// computed on the same meshes, and on those of their own.
+pub(super) const ERROR: f64 = 1e-4;
+pub(super) const SCATTER: f64 = 5e-3;
 const SMALL: f64 = 1.0;
+/// Modal assurance criterion beyond that of a mode that is followed, below which it may be none in another computation.
+const UNCERTAIN: f64 = 0.05;
 
 /// Points by the bodies that they need, and the points.
 type Groups = Vec<(Value, Vec<usize>)>;
@@ -57,7 +72,8 @@ pub(super) struct Family {
 /// rolling with a constant coefficient of friction.
 fn is_placed(point: &Job) -> bool {
     let (Some(contact), Some(stability)) = (&point.contact, &point.analyses.stability) else { return false };
-    let one = contact.further.is_empty() && contact.places != ContactPlaces::All;
+    let one =
+        contact.further.is_empty() && contact.places != ContactPlaces::All && contact.wheels == ContactWheels::One;
     let rolls = stability.state() == StabilityState::Steady && stability.direction == Direction::Actual;
     let reduced = point.analyses.modes.is_some() && stability.full.is_none();
     one && rolls && reduced && contact.friction.is_constant() && point.is_loaded() && are_sections(point)
@@ -104,8 +120,10 @@ pub(super) struct PlacedBodies {
     shared: SharedModel,
     /// The rail and the wheel.
     tables: [PlaceTable; 2],
-    /// Largest difference of growth rates that was found.
-    error: f64,
+    /// Points that were compared.
+    compared: usize,
+    /// Largest difference of growth rates from bodies computed on the same meshes, and on meshes of their own.
+    pub errors: [f64; 2],
 }
 
 impl PlacedBodies {
@@ -124,10 +142,11 @@ impl PlacedBodies {
     /// Line of the summary.
     pub fn in_words(&self) -> String {
         let [lower, upper] = [0, 1].map(|s| self.tables[s].places().len());
+        let [error, scatter] = self.errors;
         format!(
-            "interpolated between {lower} of the rail and {upper} of the wheel; growth rates at {CHECKED} computed ones \
-             differ by up to {:.1e} of them",
-            self.error
+            "interpolated between {lower} of the rail and {upper} of the wheel; growth rates at {} computed places differ \
+             by up to {error:.1e} of them on the same meshes, by {scatter:.1e} on meshes of their own",
+            self.compared
         )
     }
 }
@@ -157,19 +176,29 @@ pub(super) fn bodies(
     }
     let sites = sites(world, of.points, &family.members)?;
     let found = cached.clone();
+    let mesh = FINER * sites.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);
     let profile = |side: Side, progress: &mut Progress| -> Result<Profile> {
         let cached = found.get(side.index()).cloned().flatten();
-        let making = Making { world, job: &job, side, cached };
+        let making = Making { world, job: &job, side, cached, mesh };
         Profile::new(making, &sites, progress)
     };
     let mut profiles = match (profile(Side::Lower, progress), profile(Side::Upper, progress)) {
         (Ok(lower), Ok(upper)) => [lower, upper],
         (Err(e), _) | (_, Err(e)) => return declined(e),
     };
-    let checked: Vec<usize> =
-        (0..CHECKED).map(|k| family.members[(2 * k + 1) * family.members.len() / (2 * CHECKED)]).collect();
-    let mut exact: Vec<Option<Vec<(usize, f64)>>> = vec![None; CHECKED];
-    let mut made = PlacedBodies { shared, tables: profiles.each_ref().map(|p| p.table.clone()), error: f64::INFINITY };
+    let tables = profiles.each_ref().map(|p| p.table.clone());
+    let mut made = PlacedBodies { shared, tables, compared: 0, errors: [f64::INFINITY; 2] };
+    let checks = match checks(of, (family, &sites, study), (&mut made, &profiles, &mut cached), progress) {
+        Ok(checks) if checks.len() >= FEWEST => checks,
+        Ok(few) => {
+            let n = few.len();
+            return Ok(Err(format!(
+                "computed each for itself: only {n} of the points to compare have a state of rest"
+            )));
+        }
+        Err(e) => return declined(e),
+    };
+    made.compared = checks.len();
     for precise in PRECISE {
         for profile in &mut profiles {
             if let Err(e) = profile.refine(precise, progress) {
@@ -177,37 +206,86 @@ pub(super) fn bodies(
             }
         }
         made.tables = profiles.each_ref().map(|p| p.table.clone());
-        let mut worst = 0.0f64;
-        for (k, &i) in checked.iter().enumerate() {
-            let point = point_of(of.points, i)?;
-            let mine = k % world.size == world.rank;
-            if exact[k].is_none() {
-                progress.note(format!("compared at {} of {CHECKED} places", k + 1));
-                let (mut model, ..) = build(of.petsc, point, &mut cached, (of.meshes, &mut *progress))?;
-                let rates =
-                    if mine { study.growth_rates(PointModel::Shared(&mut model), point) } else { Ok(Vec::new()) };
-                match world.agree(rates) {
-                    Ok(rates) => exact[k] = Some(rates),
-                    Err(e) => return declined(e),
-                }
-            }
-            let rates = if mine { study.growth_rates(PointModel::Placed(&mut made), point) } else { Ok(Vec::new()) };
-            let rates = match world.agree(rates) {
-                Ok(rates) => rates,
-                Err(e) => return declined(e),
+        let mut errors = [0.0f64; 2];
+        for check in checks.iter().filter(|check| check.rank == world.rank) {
+            let point = point_of(of.points, check.point)?;
+            // A point that fails on the tables alone differs by more than anything.
+            let rates = match study.growth_rates(PointModel::Placed(&mut made), point) {
+                Err(e) if !goes_on(&e) => return Err(e),
+                rates => rates.unwrap_or_default(),
             };
-            worst = worst.max(difference(exact[k].as_deref().unwrap_or_default(), &rates));
+            errors[0] = errors[0].max(difference(&check.same_mesh, &rates));
+            errors[1] = errors[1].max(difference(&check.own_mesh, &rates));
         }
-        made.error = world.max(worst);
+        made.errors = errors.map(|e| world.max(e));
         progress.note(made.in_words());
-        if made.error <= AGREES {
+        if made.errors[0] <= ERROR && made.errors[1] <= SCATTER {
             return Ok(Ok(made));
         }
     }
+    let [error, scatter] = made.errors;
     Ok(Err(format!(
-        "computed each for itself: growth rates of interpolated ones differ by {:.1e} of them, more than {AGREES:.0e}",
-        made.error
+        "computed each for itself: growth rates of interpolated ones differ by {error:.1e} of them on the same meshes, \
+         by {scatter:.1e} on meshes of their own, expected {ERROR:.0e} and {SCATTER:.0e}"
     )))
+}
+
+/// A point that is solved to compare it.
+struct Check {
+    point: usize,
+    /// Rank that has its growth rates.
+    rank: usize,
+    /// Growth rates with bodies computed at its place on the meshes of the tables.
+    same_mesh: Vec<FollowedRate>,
+    /// Growth rates with bodies computed for this point alone.
+    own_mesh: Vec<FollowedRate>,
+}
+
+/// Collective: the points to compare, one of each part of the profile of the rail.
+fn checks(
+    of: &Computing,
+    (family, sites, study): (&Family, &[ContactSeat], &Study),
+    (made, profiles, cached): (&mut PlacedBodies, &[Profile; 2], &mut Vec<Option<CachedModes>>),
+    progress: &mut Progress,
+) -> Result<Vec<Check>> {
+    let world = of.petsc.world();
+    let mut order: Vec<usize> = (0..sites.len()).collect();
+    order.sort_by(|&a, &b| sites[a].seats[0].y.total_cmp(&sites[b].seats[0].y));
+    let mut all = Vec::new();
+    for k in 0..CHECKED {
+        progress.note(format!("place {} of {CHECKED} to compare", k + 1));
+        let middle = (2 * k + 1) * order.len() / (2 * CHECKED);
+        let rank = k % world.size;
+        for &member in order.iter().skip(middle).take(TRIED) {
+            let (i, site) = (family.members[member], sites[member]);
+            let point = point_of(of.points, i)?;
+            let solved = (|| {
+                let (mut model, ..) = build(of.petsc, point, cached, (of.meshes, &mut *progress))?;
+                let mut places = Vec::new();
+                for (side, profile) in profiles.iter().enumerate() {
+                    let computed = profile.making.computed((site.seats[side], profile.radii(site.seats[side].y)))?;
+                    places.push(profile.table.only(&computed));
+                }
+                let rates = |model: PointModel| match rank == world.rank {
+                    true => study.growth_rates(model, point),
+                    false => Ok(Vec::new()),
+                };
+                let own_mesh = world.agree(rates(PointModel::Shared(&mut model)))?;
+                made.tables.clone_from_slice(&places);
+                let same_mesh = world.agree(rates(PointModel::Placed(made)))?;
+                Ok(Check { point: i, rank, same_mesh, own_mesh })
+            })();
+            match solved {
+                Ok(check) => {
+                    all.push(check);
+                    break;
+                }
+                Err(e) if goes_on(&e) => {}
+                Err(e) => return Err(e),
+            }
+        }
+    }
+    Ok(all)
 }
 
 /// The reason why places are not interpolated; what concerns the run as a whole stays an error.
@@ -218,17 +296,20 @@ fn declined<T>(error: Error) -> Result<std::result::Result<T, String>> {
     }
 }
 
-/// Largest difference of growth rates, 1/s, of modes, over their size; infinite where one has not the modes of the
-/// other.
-fn difference(exact: &[(usize, f64)], found: &[(usize, f64)]) -> f64 {
-    if exact.len() != found.len() {
+/// Largest difference of growth rates of modes, over their size; infinite where one has not the modes of the other, and
+/// this is no question of the criterion by which they are followed.
+fn difference(exact: &[FollowedRate], found: &[FollowedRate]) -> f64 {
+    let is_in = |of: &[FollowedRate], mode: usize| of.iter().any(|f| f.mode == mode);
+    let lost =
+        |a: &[FollowedRate], b: &[FollowedRate]| a.iter().any(|f| f.agreement > ALIKE + UNCERTAIN && !is_in(b, f.mode));
+    if exact.is_empty() || lost(exact, found) || lost(found, exact) {
         return f64::INFINITY;
     }
-    let of = |((a, x), (b, y)): (&(usize, f64), &(usize, f64))| match a == b {
-        true => (x - y).abs() / x.abs().max(SMALL),
-        false => f64::INFINITY,
+    let of = |a: &FollowedRate| {
+        let other = found.iter().find(|b| b.mode == a.mode)?;
+        Some((a.rate - other.rate).abs() / a.rate.abs().max(SMALL))
     };
-    exact.iter().zip(found).map(of).fold(0.0, f64::max)
+    exact.iter().filter_map(of).fold(0.0, f64::max)
 }
 
 /// Collective: where the `members` of the points touch their bodies.
@@ -251,24 +332,31 @@ struct Making<'a> {
     job: &'a Job,
     side: Side,
     cached: Option<CachedModes>,
+    /// Radius of the circle that all places are meshed for, m.
+    mesh: f64,
 }
 
 impl Making<'_> {
-    /// Collective: the body at a place with circles of two radii about this one, m.
-    fn computed(&self, (seat, radius): (Seat, f64)) -> Result<ComputedPlace> {
-        let radii = ABOUT.map(|part| part * radius);
-        let compacts = [self.compact(seat, radii[0])?, self.compact(seat, radii[1])?];
+    /// Collective: the body at a place with circles between two radii, m.
+    fn computed(&self, (seat, [low, high]): (Seat, [f64; 2])) -> Result<ComputedPlace> {
+        let radii = [low, 0.5 * (low + high), high];
+        let body = body_at(self.world, self.job, self.side, (seat, radii[1]))?;
+        let all = body.contact_compliances(LoadCircles { mesh: self.mesh, radii: &radii })?;
+        let all = all.ok_or_else(|| Error::Job(format!("the {} body has no section", self.side.name())))?;
+        let compact = |(radius, constant): (f64, Mat<f64>)| self.compact((seat, radius), constant);
+        let compacts: Vec<Compact> = radii.into_iter().zip(all).map(compact).collect::<Result<_>>()?;
+        let compacts = compacts.try_into().map_err(|_| Error::Defect("a place without three circles".into()))?;
         Ok(ComputedPlace { y: seat.y, tilt: seat.tilt, radii, compacts })
     }
 
-    /// Collective: the body at a place with a circle of this radius, m.
-    fn compact(&self, seat: Seat, radius: f64) -> Result<Compact> {
-        let missing = || Error::Defect("a body that is interpolated has no modes, or not few numbers".into());
-        let mut body = body_at(self.world, self.job, self.side, (seat, radius))?;
+    /// Collective: the body at a place with a circle of this radius, m, and its compliance there.
+    fn compact(&self, at: (Seat, f64), constant: Mat<f64>) -> Result<Compact> {
+        let missing = || Error::Defect("a body that is interpolated has no modes".into());
+        let mut body = body_at(self.world, self.job, self.side, at)?;
         if let Some(cached) = &self.cached {
             body.take(cached);
         }
-        body.factorise()?;
+        body.adopt_compliance(constant);
         let extent = match self.job.analyses.modes.as_ref().ok_or_else(missing)?.extent() {
             ModesExtent::Count(n) => Extent::Count(n),
             ModesExtent::MaxFrequency(f) => Extent::MaxFrequency(f),
@@ -281,7 +369,7 @@ impl Making<'_> {
 /// A body along its profile.
 struct Profile<'a> {
     making: Making<'a>,
-    /// Places of the points on it, ascending, with the mean radius of the circles of the loads there.
+    /// Places of the points on it, ascending, with the radii of the circles of the loads there, m.
     seats: Vec<(Seat, f64)>,
     table: PlaceTable,
 }
@@ -289,29 +377,30 @@ struct Profile<'a> {
 impl<'a> Profile<'a> {
     /// Collective: the body at its first places.
     fn new(making: Making<'a>, sites: &[ContactSeat], progress: &mut Progress) -> Result<Self> {
-        let mut all: Vec<(Seat, f64)> = sites.iter().map(|s| (s.seats[making.side.index()], s.radius)).collect();
-        all.sort_by(|a, b| a.0.y.total_cmp(&b.0.y));
-        let mean = |k: usize| {
-            let near = &all[k.saturating_sub(NEIGHBOURS / 2)..(k + NEIGHBOURS / 2 + 1).min(all.len())];
-            near.iter().map(|s| s.1).sum::<f64>() / near.len() as f64
-        };
-        let seats: Vec<(Seat, f64)> = (0..all.len()).map(|k| (all[k].0, mean(k))).collect();
-        let (from, to) = (seats[0], seats[seats.len() - 1].0.y);
-        let one = making.computed(from)?;
-        let mut table = PlaceTable::new(one.compacts[0].half_space, one.compacts[0].seen.ncols());
+        let mut seats: Vec<(Seat, f64)> = sites.iter().map(|s| (s.seats[making.side.index()], s.radius)).collect();
+        seats.sort_by(|a, b| a.0.y.total_cmp(&b.0.y));
+        let (from, to) = (seats[0].0, seats[seats.len() - 1].0.y);
+        let reference = seats.iter().map(|s| s.1).sum::<f64>() / seats.len() as f64;
+        let one = making.computed((from, range_about(&seats, from.y)))?;
+        let mut table = PlaceTable::new(one.compacts[0].half_space, one.compacts[0].seen.ncols(), reference);
         table.insert(&one);
-        let (mut last, length) = (from.0.y, to - from.0.y);
+        let (mut last, length) = (from.y, to - from.y);
         for k in 1..FIRST {
-            let wanted = from.0.y + length * k as f64 / (FIRST - 1) as f64;
+            let wanted = from.y + length * k as f64 / (FIRST - 1) as f64;
             let far = |s: &(Seat, f64)| (s.0.y - wanted).abs();
-            let Some(&seat) = seats.iter().min_by(|a, b| far(a).total_cmp(&far(b))) else { continue };
-            if seat.0.y - last > 0.1 * length / FIRST as f64 {
+            let Some(&(seat, _)) = seats.iter().min_by(|a, b| far(a).total_cmp(&far(b))) else { continue };
+            if seat.y - last > 0.1 * length / FIRST as f64 {
                 progress.step("places", k, FIRST);
-                table.insert(&making.computed(seat)?);
-                last = seat.0.y;
+                table.insert(&making.computed((seat, range_about(&seats, seat.y)))?);
+                last = seat.y;
             }
         }
         Ok(Self { making, seats, table })
+    }
+
+    /// Radii that those of the contacts about a place `y`, m, lie between, m.
+    fn radii(&self, y: f64) -> [f64; 2] {
+        range_about(&self.seats, y)
     }
 
     /// Collective: adds places until the table is wrong by less than `precise` at places between its own.
@@ -326,7 +415,7 @@ impl<'a> Profile<'a> {
             if self.table.places().len() >= MOST {
                 break;
             }
-            let computed = self.making.computed(seat)?;
+            let computed = self.making.computed((seat.0, self.radii(seat.0.y)))?;
             let error = self.table.error(&computed);
             self.table.insert(&computed);
             progress.note(format!(
@@ -342,4 +431,15 @@ impl<'a> Profile<'a> {
         }
         Ok(())
     }
+}
+
+/// Range of the radii of the contacts at the `seats`, ascending, about a place `y`, m.
+fn range_about(seats: &[(Seat, f64)], y: f64) -> [f64; 2] {
+    let place = seats.partition_point(|s| s.0.y < y);
+    let near = &seats[place.saturating_sub(NEIGHBOURS / 2)..(place + NEIGHBOURS / 2 + 1).min(seats.len())];
+    let low = near.iter().map(|s| s.1).fold(f64::INFINITY, f64::min) * (1.0 - WIDENED);
+    let high = near.iter().map(|s| s.1).fold(0.0, f64::max) * (1.0 + WIDENED);
+    let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
+    let half = half.max(0.5 * NARROWEST * middle);
+    [middle - half, middle + half]
 }

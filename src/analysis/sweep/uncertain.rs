@@ -29,7 +29,7 @@ const FOLLOWED: usize = 100;
 /// Part of its frequency by which that of a mode may change from the job's own point to a sample.
 const NEAR: f64 = 0.2;
 /// Modal assurance criterion from which on a motion is a mode that is followed.
-const ALIKE: f64 = 0.5;
+pub(super) const ALIKE: f64 = 0.5;
 /// Modal assurance criterion below which a motion of a base point becomes no mode that is followed.
 const UNLIKE: f64 = 0.2;
 /// Modes that are told of at least, where fewer are unstable in samples.
@@ -45,6 +45,17 @@ struct Reference {
     modal: Vec<C>,
     /// Its frequency and what it consists of; on rank 0.
     name: String,
+}
+
+/// Growth rate of a mode that is followed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FollowedRate {
+    /// Number of the mode.
+    pub mode: usize,
+    /// Growth rate, 1/s.
+    pub rate: f64,
+    /// Modal assurance criterion with the mode of the job's own point.
+    pub agreement: f64,
 }
 
 /// The study on every rank.
@@ -158,13 +169,13 @@ impl<'a> Study<'a> {
         Ok(BasePoint { outcome, state: State::present(), known, rolling })
     }
 
-    /// Growth rates, 1/s, of the modes that are followed at a point, with their numbers, by a whole search from nothing.
-    pub(super) fn growth_rates(&self, mut model: PointModel, point: &Job) -> Result<Vec<(usize, f64)>> {
+    /// Growth rates of the modes that are followed at a point, by a whole search from nothing.
+    pub(super) fn growth_rates(&self, mut model: PointModel, point: &Job) -> Result<Vec<FollowedRate>> {
         State::default().restore();
         model.renew();
         let lower = model.lower_modes();
         let (_, found, _) = model.solved(point, None, &mut spectrum)?;
-        let rate = |f: &Followed| f.mode.map(|mode| (mode, f.value.re));
+        let rate = |f: &Followed| Some(FollowedRate { mode: f.mode?, rate: f.value.re, agreement: f.agreement });
         Ok(self.followed(&found, lower).iter().filter_map(rate).collect())
     }
 

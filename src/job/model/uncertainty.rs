@@ -46,7 +46,7 @@ pub struct Uncertainty {
     #[serde(default = "default_follow")]
     pub follow: bool,
     /// True if what the contact sees of wheel and rail is interpolated over their profiles where 96 or more points touch
-    /// them at places of their own, and growth rates of computed places agree within 1e-4.
+    /// them at places of their own, and growth rates agree within 1e-4 with those of places computed on the same mesh.
     #[serde(default = "default_interpolate")]
     pub interpolate: bool,
     /// Share of the points that may fail. With more of them the run ends with exit code 4 after writing its results.

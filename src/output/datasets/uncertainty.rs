@@ -158,6 +158,21 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], study: &Study) -> Vec<Table> {
     tables
 }
 
+/// Tables of the largest relative differences of growth rates between bodies that are interpolated and bodies computed,
+/// one pair for each set of bodies: computed on the same meshes, and on meshes of their own.
+pub fn interpolation_errors(all: &[[f64; 2]]) -> Vec<Table> {
+    if all.is_empty() {
+        return Vec::new();
+    }
+    let of = |k: usize| all.iter().map(|e| e[k]).collect::<Vec<f64>>();
+    let text = "Largest difference of growth rates between interpolated bodies and those computed";
+    let over = "over the larger one of the growth rate and 1 1/s";
+    vec![
+        Table::list("/uncertainty/interpolation_error", "1", &format!("{text} on the same meshes, {over}."), of(0)),
+        Table::list("/uncertainty/mesh_scatter", "1", &format!("{text} on meshes of their own, {over}."), of(1)),
+    ]
+}
+
 fn of_modes(points: usize, modes: &[ModeOf]) -> Vec<Table> {
     let path = |name: &str| format!("/uncertainty/modes/{name}");
     let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&ModeOf) -> f64| {
