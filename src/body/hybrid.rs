@@ -301,7 +301,7 @@ pub struct LoadCircles<'a> {
 }
 
 /// Collective: compliance beside the half-space of a `contact` of a section with these `forms` under loads on a circle
-/// of each of the `radii`, m/N and so on, `[9, 9]`, in a frame that is turned by `tilt`, rad, against that of its loads.
+/// of each of the `radii`, m/N and so on, `[9, 9]`. Its frame is turned by `tilt`, rad, against that of its loads.
 pub(super) fn of_circles(
     world: &World,
     forms: &Forms,

@@ -1,4 +1,4 @@
-//! What the contact sees of a body at any place of its profile, interpolated between places where it was computed.
+//! Modes and compliance of a body at a contact on any place of its profile, interpolated between computed places.
 //!
 //! The modes of a body do not depend on where it is touched; ψ̂ at the contact and the compliance beside the half-space
 //! do. Both are kept in axes of the body, so that they do not turn with the surface. Each place is computed with three
@@ -11,8 +11,8 @@ use super::hybrid::{Compact, LOADS};
 use crate::swept::{turned, turned_between};
 use faer::Mat;
 
-/// Numbers of a place with a circle of the radius of reference, the compliance beside the half-space, row by row, and ψ̂,
-/// mode by mode; then their coefficients of t and t², t the deviation of the radius over that of reference.
+/// Numbers of a place with a circle of the radius of reference, the compliance beside the half-space, row by row, and
+/// ψ̂, mode by mode; then their coefficients of t and t², t the deviation of the radius over that of reference.
 type Values = Vec<f64>;
 
 /// A body as it was computed at a place of its profile.
@@ -89,7 +89,7 @@ impl PlaceTable {
     }
 
     /// The body at the place `y`, m, with a circle of `radius`, m, in a frame that is turned by `tilt`, rad.
-    pub fn at(&self, y: f64, radius: f64, tilt: f64) -> Compact {
+    pub fn interpolated(&self, y: f64, radius: f64, tilt: f64) -> Compact {
         let values = self.values(y, radius);
         let (square, modes) = values.split_at(LOADS * LOADS);
         let square = std::array::from_fn(|i| std::array::from_fn(|j| square[LOADS * i + j]));
@@ -190,7 +190,7 @@ mod tests {
         let curve = |y: f64| 2.0 - y + 3.0 * y * y;
         let table = table(curve, &[1.0, -0.4, 0.3, 2.0, 1.7]);
         for (y, radius, tilt) in [(0.1, 0.6, 0.3), (1.3, 0.5, -0.2), (1.95, 0.7, 0.0), (0.3, 0.75, 0.5)] {
-            let (found, wanted) = (table.at(y, radius, tilt), cubic(y, radius, tilt, curve));
+            let (found, wanted) = (table.interpolated(y, radius, tilt), cubic(y, radius, tilt, curve));
             assert!((&found.beside - &wanted.beside).norm_max() < 1e-13 * wanted.beside.norm_max());
             assert!((&found.seen - &wanted.seen).norm_max() < 1e-13 * wanted.seen.norm_max());
         }

@@ -41,7 +41,7 @@ impl SharedModel {
         let combined = |grid| Convolution::combined(&convolution(of_lower, grid)?, &convolution(of_upper, grid)?);
         let mut convolutions = grids.iter().map(combined).collect::<Result<Vec<_>>>()?;
         let pi = expansions(grids);
-        let Joined { beside, seen } = Joined::of([of_lower, of_upper]);
+        let Joined { beside, seen } = Joined::join([of_lower, of_upper]);
         let first = of_lower.seen.ncols();
         let omega: Vec<f64> = lower.omega.iter().chain(&upper.omega).copied().collect();
         let local = stacked(&convolutions);
@@ -77,7 +77,7 @@ impl SharedModel {
     }
 }
 
-/// What the contact sees of both bodies by few numbers.
+/// Low-rank compliance and modes of both bodies at the contact.
 #[derive(Debug, Clone)]
 pub(super) struct Joined {
     /// Compliance beside the half-spaces that the modes have no part in, `[9T, 9T]`.
@@ -88,7 +88,7 @@ pub(super) struct Joined {
 
 impl Joined {
     /// The lower and the upper body.
-    pub fn of([lower, upper]: [&Compact; 2]) -> Self {
+    pub fn join([lower, upper]: [&Compact; 2]) -> Self {
         // E π = π E, with the signs of the components of the functions.
         let sign = |k: usize| Side::Upper.sign(k);
         let (order, first) = (lower.seen.nrows(), lower.seen.ncols());

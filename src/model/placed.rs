@@ -47,7 +47,7 @@ impl SharedModel {
             names: own.names.clone(),
             reach: own.reach,
         };
-        let contact = Joined::of(parts);
+        let contact = Joined::join(parts);
         match contact.seen.ncols() == own.omega.len() {
             true => Ok(PlacedModel { interface, rolling, grid, contact }),
             false => Err(Error::Defect("bodies are placed with other modes".into())),

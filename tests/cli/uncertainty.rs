@@ -250,12 +250,14 @@ fn interpolated_places_are_those_computed() {
         json!({ "inputs": inputs, "samples": 96, "method": "latin_hypercube", "indices": false });
     let folder = Folder::with(job.to_string());
     let ran = folder.call(1, "run", &["--output", &folder.text("all.h5")]);
-    assert!(ran.good().out.contains("growth rates at 8 computed ones differ by up to"), "{}", ran.out);
+    assert!(ran.good().out.contains("growth rates at 8 computed places differ by up to"), "{}", ran.out);
     assert!(ran.out.contains("96 points on 1 reduced model,"), "{}", ran.out);
     let all = open(folder.path("all.h5"));
     let read = |name: &str| -> Vec<i32> { all.dataset(name).and_then(|d| d.read_raw()).expect("numbers") };
     let continued = read("uncertainty/search").iter().filter(|s| **s == 1).count();
     assert!(read("uncertainty/interpolated").iter().all(|i| *i == 1) && continued > 80, "{continued}");
+    assert!(numbers(&all, "interpolation_error")[0] <= 1e-4 && numbers(&all, "mesh_scatter")[0] <= 1e-3);
+    // Runs of these places alone have meshes of their own, with which growth rates scatter.
     let rates = numbers(&all, "growth_rate");
     for i in [0, 41, 95] {
         let value = |key: &&str| format!("{key}={}", numbers(&all, &format!("values/{key}"))[i]);
@@ -266,7 +268,7 @@ fn interpolated_places_are_those_computed() {
         folder.call(1, "run", &with).good();
         let one = open(folder.path("one.h5"));
         let exact: Vec<f64> = one.dataset("stability/growth_rate").and_then(|d| d.read_raw()).expect("rates");
-        assert!((rates[i] - exact[0]).abs() < 1e-4 * exact[0].abs().max(1.0), "{i}: {} and {}", rates[i], exact[0]);
+        assert!((rates[i] - exact[0]).abs() < 1e-3 * exact[0].abs().max(1.0), "{i}: {} and {}", rates[i], exact[0]);
     }
 }
 

@@ -37,7 +37,7 @@ use crate::{Error, Result};
 use cycles::{All, Following};
 use kept::KeptPoints;
 use outcome::{summarise, Packed};
-use point_model::PointModel;
+use point_model::StudyModel;
 use std::collections::HashMap;
 use uncertain::Study;
 
@@ -113,7 +113,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
         run.progress.stage("points of the sweep");
         let into = Into { points: &points, results: &mut results, kept: &mut kept };
         solve_blocks(run, (&blocks, planned.len()), into, &mut |_, i| {
-            Some(study.solve(PointModel::Placed(&mut bodies), (&points, &family.members), i))
+            Some(study.solve(StudyModel::Placed(&mut bodies), (&points, &family.members), i))
         })?;
     }
     models += groups.len();
@@ -175,7 +175,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
         solve_blocks(run, (&blocks, planned.len()), into, &mut |m, i| {
             let (model, _) = models[m].as_mut()?;
             Some(point_of(&points, i).and_then(|point| match &study {
-                Some(study) => study.solve(PointModel::Shared(model), (&points, &batch[m].1), i),
+                Some(study) => study.solve(StudyModel::Shared(model), (&points, &batch[m].1), i),
                 None => solve(model, point),
             }))
         })?;
@@ -242,16 +242,16 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     Ok(())
 }
 
-/// Where the results of points go.
+/// Destinations of the results of points.
 struct Into<'a> {
     points: &'a [Option<Job>],
     results: &'a mut [Option<Outcome>],
-    /// Those of a study are kept on the disk, by rank 0.
+    /// Results of a study, kept on the disk by rank 0.
     kept: &'a mut Option<Option<KeptPoints>>,
 }
 
-/// Collective: the points of this rank's `blocks`, `planned` in all, each by `solve` from the number of its model and its
-/// own; none where the model could not be made.
+/// Collective: the points of this rank's `blocks`, `planned` in all, each by `solve` from the number of its model and
+/// its own; none where the model could not be made.
 fn solve_blocks(
     run: &mut Run,
     (blocks, planned): (&[Vec<(usize, usize)>], usize),

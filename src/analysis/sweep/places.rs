@@ -3,11 +3,11 @@
 //!
 //! Each table begins with a few places of the points. Between two of them another one is computed, and kept; where the
 //! table was wrong there, more follow between. Then some points, spread over the profile, are solved three times, and
-//! the growth rates of the modes that are followed compared: with bodies from the tables, with bodies computed at these
-//! places on the meshes of the tables ([`ERROR`]), and with bodies computed as a sweep computes them, whose mesh follows
-//! the size of the contact ([`SCATTER`]). All of it follows from the points of the study alone.
+//! the growth rates of the modes that are followed compared. Bodies are from the tables, computed at these places on
+//! the meshes of the tables ([`ERROR`]), and computed as a sweep computes them, on meshes that follow the size of the
+//! contact ([`SCATTER`]). All of it follows from the points of the study alone.
 
-use super::point_model::PointModel;
+use super::point_model::StudyModel;
 use super::uncertain::{FollowedRate, Study, ALIKE};
 use super::{build, goes_on, point_of};
 use crate::body::hybrid::{Compact, LoadCircles};
@@ -41,16 +41,16 @@ const BETWEEN: f64 = 0.2;
 const NEIGHBOURS: usize = 15;
 const WIDENED: f64 = 0.03;
 const NARROWEST: f64 = 0.1;
-/// Radius that the sections are meshed for over the smallest one: on the mesh of a contact the compliance depends on how
-/// the elements lie below the load, which no interpolation follows.
+/// Radius that the sections are meshed for over the smallest one: on the mesh of a contact the compliance depends on
+/// how the elements lie below the load, which no interpolation follows.
 const FINER: f64 = 0.5;
-/// Points that are solved to compare them, those at least, and those that are tried for each of them, since a point may
-/// have no state of rest.
+/// Points that are solved to compare them, their least number, and points that are tried for each of them, since a
+/// point may have no state of rest.
 const CHECKED: usize = 8;
 const FEWEST: usize = 4;
 const TRIED: usize = 3;
-/// Differences of growth rates that are small enough, over the larger one of them and `SMALL`, 1/s: from bodies that are
-/// computed on the same meshes, and on those of their own.
+/// Differences of growth rates that are small enough, over the larger one of the growth rate and `SMALL`, 1/s: from
+/// bodies computed on the same meshes, and on meshes of their own.
 pub(super) const ERROR: f64 = 1e-4;
 pub(super) const SCATTER: f64 = 5e-3;
 const SMALL: f64 = 1.0;
@@ -61,15 +61,15 @@ const UNCERTAIN: f64 = 0.05;
 type Groups = Vec<(Value, Vec<usize>)>;
 
 /// Points on bodies that differ in where they are touched.
-pub(super) struct Family {
+pub(super) struct PlaceFamily {
     /// The points, ascending.
     pub members: Vec<usize>,
     /// The same, place by place.
     pub groups: Groups,
 }
 
-/// Returns whether the bodies of a point may be interpolated: a wheel of a section on a rail with one contact, in steady
-/// rolling with a constant coefficient of friction.
+/// Returns whether the bodies of a point may be interpolated: a wheel of a section on a rail with one contact, in
+/// steady rolling with a constant coefficient of friction.
 fn is_placed(point: &Job) -> bool {
     let (Some(contact), Some(stability)) = (&point.contact, &point.analyses.stability) else { return false };
     let one =
@@ -89,7 +89,7 @@ fn bodies_of(point: &Job) -> Option<String> {
 }
 
 /// The families among the `groups` of points with enough places, and the other groups.
-pub(super) fn families(points: &[Option<Job>], groups: Groups) -> (Vec<Family>, Groups) {
+pub(super) fn families(points: &[Option<Job>], groups: Groups) -> (Vec<PlaceFamily>, Groups) {
     let mut found: Vec<(String, Groups)> = Vec::new();
     let mut others = Vec::new();
     for (inputs, members) in groups {
@@ -110,7 +110,7 @@ pub(super) fn families(points: &[Option<Job>], groups: Groups) -> (Vec<Family>, 
         }
         let mut members: Vec<usize> = groups.iter().flat_map(|g| g.1.iter().copied()).collect();
         members.sort_unstable();
-        families.push(Family { members, groups });
+        families.push(PlaceFamily { members, groups });
     }
     (families, others)
 }
@@ -135,7 +135,7 @@ impl PlacedBodies {
     /// The bodies where a point touches them, on this rank alone.
     pub fn model(&mut self, point: &Job) -> Result<PlacedModel> {
         let (ContactSeat { seats, radius }, interface) = contact_seat(point)?;
-        let [lower, upper] = [0, 1].map(|s| self.tables[s].at(seats[s].y, radius, seats[s].tilt));
+        let [lower, upper] = [0, 1].map(|s| self.tables[s].interpolated(seats[s].y, radius, seats[s].tilt));
         self.shared.placed(point, interface, [&lower, &upper])
     }
 
@@ -144,8 +144,8 @@ impl PlacedBodies {
         let [lower, upper] = [0, 1].map(|s| self.tables[s].places().len());
         let [error, scatter] = self.errors;
         format!(
-            "interpolated between {lower} of the rail and {upper} of the wheel; growth rates at {} computed places differ \
-             by up to {error:.1e} of them on the same meshes, by {scatter:.1e} on meshes of their own",
+            "interpolated between {lower} of the rail and {upper} of the wheel; growth rates at {} computed places \
+             differ by up to {error:.1e} of them on the same meshes, by {scatter:.1e} on meshes of their own",
             self.compared
         )
     }
@@ -161,7 +161,7 @@ pub(super) struct Computing<'a, 'p> {
 /// Collective: the bodies of a `family`; none where interpolation is not good enough, and why.
 pub(super) fn bodies(
     of: &Computing,
-    family: &Family,
+    family: &PlaceFamily,
     study: &Study,
     progress: &mut Progress,
 ) -> Result<std::result::Result<PlacedBodies, String>> {
@@ -210,7 +210,7 @@ pub(super) fn bodies(
         for check in checks.iter().filter(|check| check.rank == world.rank) {
             let point = point_of(of.points, check.point)?;
             // A point that fails on the tables alone differs by more than anything.
-            let rates = match study.growth_rates(PointModel::Placed(&mut made), point) {
+            let rates = match study.growth_rates(StudyModel::Placed(&mut made), point) {
                 Err(e) if !goes_on(&e) => return Err(e),
                 rates => rates.unwrap_or_default(),
             };
@@ -244,7 +244,7 @@ struct Check {
 /// Collective: the points to compare, one of each part of the profile of the rail.
 fn checks(
     of: &Computing,
-    (family, sites, study): (&Family, &[ContactSeat], &Study),
+    (family, sites, study): (&PlaceFamily, &[ContactSeat], &Study),
     (made, profiles, cached): (&mut PlacedBodies, &[Profile; 2], &mut Vec<Option<CachedModes>>),
     progress: &mut Progress,
 ) -> Result<Vec<Check>> {
@@ -266,13 +266,13 @@ fn checks(
                     let computed = profile.making.computed((site.seats[side], profile.radii(site.seats[side].y)))?;
                     places.push(profile.table.only(&computed));
                 }
-                let rates = |model: PointModel| match rank == world.rank {
+                let rates = |model: StudyModel| match rank == world.rank {
                     true => study.growth_rates(model, point),
                     false => Ok(Vec::new()),
                 };
-                let own_mesh = world.agree(rates(PointModel::Shared(&mut model)))?;
+                let own_mesh = world.agree(rates(StudyModel::Shared(&mut model)))?;
                 made.tables.clone_from_slice(&places);
-                let same_mesh = world.agree(rates(PointModel::Placed(made)))?;
+                let same_mesh = world.agree(rates(StudyModel::Placed(made)))?;
                 Ok(Check { point: i, rank, same_mesh, own_mesh })
             })();
             match solved {

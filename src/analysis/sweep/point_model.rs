@@ -17,19 +17,19 @@ pub(super) type Request<'r> = &'r mut dyn FnMut(&job::Stability, &CoupledModel, 
 pub(super) type Solved = (Outcome, StabilityResult, Option<SteadySolution>);
 
 /// The model of some points.
-pub(super) enum PointModel<'m> {
+pub(super) enum StudyModel<'m> {
     /// Bodies at one place.
     Shared(&'m mut SharedModel),
     /// Bodies at any of some places.
     Placed(&'m mut PlacedBodies),
 }
 
-impl PointModel<'_> {
+impl StudyModel<'_> {
     /// The same, for a while.
-    pub fn again(&mut self) -> PointModel<'_> {
+    pub fn again(&mut self) -> StudyModel<'_> {
         match self {
-            Self::Shared(model) => PointModel::Shared(model),
-            Self::Placed(bodies) => PointModel::Placed(bodies),
+            Self::Shared(model) => StudyModel::Shared(model),
+            Self::Placed(bodies) => StudyModel::Placed(bodies),
         }
     }
 

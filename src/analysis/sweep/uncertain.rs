@@ -2,7 +2,7 @@
 //! say of them.
 
 use super::bases::{BasePoint, Bases};
-use super::point_model::PointModel;
+use super::point_model::StudyModel;
 use super::{goes_on, point_of, Base};
 use crate::analysis::stability::mode_name;
 use crate::case::stability_problem::StabilityResult;
@@ -128,11 +128,11 @@ impl<'a> Study<'a> {
     /// does not depend on which points this rank has computed before.
     pub(super) fn solve(
         &self,
-        mut model: PointModel,
+        mut model: StudyModel,
         (points, members): (&[Option<Job>], &[usize]),
         i: usize,
     ) -> Result<Outcome> {
-        let number = self.bases.nearest(members, i, matches!(model, PointModel::Placed(_)));
+        let number = self.bases.nearest(members, i, matches!(model, StudyModel::Placed(_)));
         let base = self.bases.get(number, || {
             State::default().restore();
             model.renew();
@@ -160,7 +160,7 @@ impl<'a> Study<'a> {
     }
 
     /// A base point, whose eigenvalues are searched for from nothing.
-    fn base(&self, mut model: PointModel, point: &Job) -> Result<BasePoint> {
+    fn base(&self, mut model: StudyModel, point: &Job) -> Result<BasePoint> {
         let lower = model.lower_modes();
         let (outcome, found, rolling) = model.solved(point, None, &mut spectrum)?;
         let tracked = || KnownSpectrum::of_last(&self.tracked(&found, lower));
@@ -170,7 +170,7 @@ impl<'a> Study<'a> {
     }
 
     /// Growth rates of the modes that are followed at a point, by a whole search from nothing.
-    pub(super) fn growth_rates(&self, mut model: PointModel, point: &Job) -> Result<Vec<FollowedRate>> {
+    pub(super) fn growth_rates(&self, mut model: StudyModel, point: &Job) -> Result<Vec<FollowedRate>> {
         State::default().restore();
         model.renew();
         let lower = model.lower_modes();
@@ -183,7 +183,7 @@ impl<'a> Study<'a> {
     /// where they could not be continued.
     fn at(
         &self,
-        (mut model, point): (PointModel, &Job),
+        (mut model, point): (StudyModel, &Job),
         base: &BasePoint,
         known: Option<&KnownSpectrum>,
     ) -> Result<Option<Outcome>> {

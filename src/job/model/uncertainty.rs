@@ -45,8 +45,8 @@ pub struct Uncertainty {
     /// they are those of the whole search.
     #[serde(default = "default_follow")]
     pub follow: bool,
-    /// True if what the contact sees of wheel and rail is interpolated over their profiles where 96 or more points touch
-    /// them at places of their own, and growth rates agree within 1e-4 with those of places computed on the same mesh.
+    /// True if wheel and rail are interpolated over their profiles where 96 or more points touch them at places of
+    /// their own, and growth rates agree within 1e-4 with those of places computed on the same mesh.
     #[serde(default = "default_interpolate")]
     pub interpolate: bool,
     /// Share of the points that may fail. With more of them the run ends with exit code 4 after writing its results.
