@@ -7,8 +7,8 @@
 //! the meshes of the tables ([`ERROR`]), and computed as a sweep computes them, on meshes that follow the size of the
 //! contact ([`SCATTER`]). All of it follows from the points of the study alone.
 
-use super::point_model::StudyModel;
-use super::uncertain::{FollowedRate, Study, ALIKE};
+use super::point_model::{FollowedRate, StudyModel};
+use super::uncertain::{Study, ALIKE};
 use super::{build, goes_on, point_of};
 use crate::body::hybrid::{Compact, LoadCircles};
 use crate::body::mode_cache::CachedModes;

@@ -16,6 +16,17 @@ pub(super) type Request<'r> = &'r mut dyn FnMut(&job::Stability, &CoupledModel, 
 /// A point that is solved: its outcome, its spectrum, and its steady rolling.
 pub(super) type Solved = (Outcome, StabilityResult, Option<SteadySolution>);
 
+/// Growth rate of a mode that is followed.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FollowedRate {
+    /// Number of the mode.
+    pub mode: usize,
+    /// Growth rate, 1/s.
+    pub rate: f64,
+    /// Modal assurance criterion with the mode of the job's own point.
+    pub agreement: f64,
+}
+
 /// The model of some points.
 pub(super) enum StudyModel<'m> {
     /// Bodies at one place.

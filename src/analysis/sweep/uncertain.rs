@@ -2,7 +2,7 @@
 //! say of them.
 
 use super::bases::{BasePoint, Bases};
-use super::point_model::StudyModel;
+use super::point_model::{FollowedRate, StudyModel};
 use super::{goes_on, point_of, Base};
 use crate::analysis::stability::mode_name;
 use crate::case::stability_problem::StabilityResult;
@@ -45,17 +45,6 @@ struct Reference {
     modal: Vec<C>,
     /// Its frequency and what it consists of; on rank 0.
     name: String,
-}
-
-/// Growth rate of a mode that is followed.
-#[derive(Debug, Clone, Copy)]
-pub(super) struct FollowedRate {
-    /// Number of the mode.
-    pub mode: usize,
-    /// Growth rate, 1/s.
-    pub rate: f64,
-    /// Modal assurance criterion with the mode of the job's own point.
-    pub agreement: f64,
 }
 
 /// The study on every rank.
