@@ -39,6 +39,12 @@ pub(super) fn statics(omega: &[f64], seen: MatRef<'_, f64>) -> Mat<f64> {
     sum
 }
 
+/// Radius of the circle of the loads on a grid with these lines along x and y, m.
+pub fn circle_radius(grid: [&[f64]; 2]) -> f64 {
+    let half = |lines: &[f64]| 0.5 * (lines[lines.len() - 1] - lines[0]);
+    CIRCLE * half(grid[0]).min(half(grid[1]))
+}
+
 /// Number of contact rows of a grid, 3n.
 pub(super) fn rows([x, y]: &Lines) -> usize {
     3 * x.len() * y.len()
@@ -106,8 +112,7 @@ impl Hybrid {
 
     /// The circles of the loads, one of each contact.
     pub fn circles(&self) -> Vec<Patch> {
-        let half = |lines: &[f64]| 0.5 * (lines[lines.len() - 1] - lines[0]);
-        self.grids.iter().map(|[x, y]| Patch { radius: CIRCLE * half(x).min(half(y)) }).collect()
+        self.grids.iter().map(|[x, y]| Patch { radius: circle_radius([x, y]) }).collect()
     }
 
     /// Collective: makes what is added to the half-space from the `forms` of a section that is meshed for loads at its
@@ -137,20 +142,7 @@ impl Hybrid {
         // Beside a corner there is room for the one alone.
         let both = Constant::of_contacts(forms, &[circles.clone(), wider], contacts);
         let constant = both.or_else(|_| Constant::of_contacts(forms, std::slice::from_ref(&circles), contacts))?;
-        let mine = (world.rank..constant.blocks.len()).step_by(world.size);
-        let mut memory = Vec::new();
-        let parts = world.agree(mine.map(|k| constant.block(k, &mut memory)).collect::<Result<Vec<_>>>())?;
-        let mut own = constant.singles();
-        if !world.is_root() {
-            own.iter_mut().for_each(|a| a.fill(0.0));
-        }
-        let order = LOADS * circles.len();
-        let numbers: Vec<f64> = sum(parts.into_iter().chain([own])).iter().flat_map(numbers).collect();
-        let all = world.sum_all(&numbers);
-        let made: Vec<Mat<f64>> = all
-            .chunks_exact(order * order)
-            .map(|a| in_frames(&Mat::from_fn(order, order, |i, j| a[i + order * j]), tilts))
-            .collect();
+        let made = in_grids(world, &constant, tilts)?;
         let beside = self.keep_first(&made, &circles)?;
         let solved = format!(
             "section of {} unknowns solved at {} of the Fourier orders up to {}; {beside}",
@@ -247,6 +239,11 @@ impl Hybrid {
         expansions(&self.grids) * seen
     }
 
+    /// Sets the compliance beside the half-space, which was computed before.
+    pub fn adopt(&mut self, constant: Mat<f64>) {
+        self.constant = Some(constant);
+    }
+
     /// Adds compliance of the body at its contacts beside what the forms of its section say, m/N and so on, `[9T, 9T]`;
     /// the last one given counts.
     pub fn add(&mut self, beside: Mat<f64>) {
@@ -292,6 +289,43 @@ impl Hybrid {
         })?;
         Ok(found.unwrap_or_default())
     }
+}
+
+/// Circles of the loads at a contact, all on one mesh of the section.
+#[derive(Debug, Clone, Copy)]
+pub struct LoadCircles<'a> {
+    /// Radius of the circle that the section is meshed for, m.
+    pub mesh: f64,
+    /// Radii of the circles, m.
+    pub radii: &'a [f64],
+}
+
+/// Collective: compliance beside the half-space of a `contact` of a section with these `forms` under loads on a circle
+/// of each of the `radii`, m/N and so on, `[9, 9]`. Its frame is turned by `tilt`, rad, against that of its loads.
+pub(super) fn of_circles(
+    world: &World,
+    forms: &Forms,
+    (contact, tilt): (&SectionContact, f64),
+    radii: &[f64],
+) -> Result<Vec<Mat<f64>>> {
+    let circles: Vec<Patch> = radii.iter().map(|&radius| Patch { radius }).collect();
+    in_grids(world, &Constant::for_contact(forms, &circles, contact)?, &[tilt])
+}
+
+/// Collective: the sums of `constant`, `[9T, 9T]`, in the frames of the grids, which are turned by `tilts`, rad.
+fn in_grids(world: &World, constant: &Constant, tilts: &[f64]) -> Result<Vec<Mat<f64>>> {
+    let mine = (world.rank..constant.blocks.len()).step_by(world.size);
+    let mut memory = Vec::new();
+    let parts = world.agree(mine.map(|k| constant.block(k, &mut memory)).collect::<Result<Vec<_>>>())?;
+    let mut own = constant.singles();
+    if !world.is_root() {
+        own.iter_mut().for_each(|a| a.fill(0.0));
+    }
+    let order = LOADS * tilts.len();
+    let numbers: Vec<f64> = sum(parts.into_iter().chain([own])).iter().flat_map(numbers).collect();
+    let all = world.sum_all(&numbers);
+    let framed = |a: &[f64]| in_frames(&Mat::from_fn(order, order, |i, j| a[i + order * j]), tilts);
+    Ok(all.chunks_exact(order * order).map(framed).collect())
 }
 
 /// Entries of a matrix, column by column.

@@ -22,6 +22,7 @@ pub(crate) mod mode_cache;
 pub(crate) mod mode_label;
 pub mod modes;
 pub mod nearest;
+pub(crate) mod place_table;
 pub(crate) mod positivity;
 pub(crate) mod rail;
 pub mod residual_flexibility;
@@ -46,7 +47,7 @@ use crate::swept::{Infinite, OutlineModes, PictureModes};
 use crate::Result;
 use faer::{Mat, MatRef};
 use fe::BodyModes;
-use hybrid::Compact;
+use hybrid::{Compact, LoadCircles};
 use mode_cache::CachedModes;
 use modes::Extent;
 use nearest::Nearest;
@@ -208,6 +209,15 @@ pub trait Body {
     fn compact(&self) -> Result<Option<Compact>> {
         Ok(None)
     }
+
+    /// Collective: compliance of its one contact beside the half-space under loads on each of some `circles`, m/N and
+    /// so on, `[9, 9]`, of a body of a section.
+    fn contact_compliances(&self, _circles: LoadCircles) -> Result<Option<Vec<Mat<f64>>>> {
+        Ok(None)
+    }
+
+    /// Sets one of [`Body::contact_compliances`] in place of what [`Body::factorise`] computes.
+    fn adopt_compliance(&mut self, _constant: Mat<f64>) {}
 
     /// Collective: the free-interface modes that are wanted.
     fn modes(&mut self, extent: Extent, steps: &mut ProgressFn) -> Result<TraceModes>;

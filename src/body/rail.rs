@@ -3,7 +3,7 @@
 
 use super::clusters;
 use super::half_space::HalfSpace;
-use super::hybrid::{statics, Compact, Hybrid};
+use super::hybrid::{of_circles, statics, Compact, Hybrid, LoadCircles};
 use super::mode_cache::{by_ranks, CachedModes};
 use super::modes::Extent;
 use super::{Body, ContactSpec, Kind, ModeLabel, ProgressFn, TraceModes};
@@ -143,6 +143,13 @@ impl<'w> Rail<'w> {
             at.place.map_or_else(level, |place| self.section.contact_at(place, radius)).at_place(at.along)
         };
         self.places.iter().map(of).collect()
+    }
+
+    /// Forms of the rail meshed for loads on circles of the `radii`, m, the first one at its own contact.
+    fn load_forms(&self, others: &[HeadPoint], radii: &[f64]) -> Result<Forms> {
+        let section = self.section.for_loads_at(others, radii)?;
+        let angle = self.section.contact().angle;
+        Forms::along(section, self.forms.material, self.period, Some(&self.track), angle)
     }
 
     /// Loads of an order at each contact.
@@ -334,9 +341,7 @@ impl Body for Rail<'_> {
         let (others, mut all): (Vec<HeadPoint>, Vec<f64>) = placed.unzip();
         let own = self.places.iter().zip(&radii).filter(|(at, _)| at.place.is_none()).map(|(_, &radius)| radius);
         all.insert(0, own.fold(f64::INFINITY, f64::min));
-        let section = self.section.for_loads_at(&others, &all)?;
-        let angle = self.section.contact().angle;
-        let forms = Forms::along(section, self.forms.material, self.period, Some(&self.track), angle)?;
+        let forms = self.load_forms(&others, &all)?;
         let contacts = self.contacts();
         let tilts: Vec<f64> = self.places.iter().zip(&contacts).map(|(at, c)| at.tilt - c.angle()).collect();
         let made = self.contact.make(self.world, &forms, &contacts, &tilts);
@@ -349,6 +354,16 @@ impl Body for Rail<'_> {
 
     fn compact(&self) -> Result<Option<Compact>> {
         self.contact.compact(&self.name).map(Some)
+    }
+
+    fn contact_compliances(&self, circles: LoadCircles) -> Result<Option<Vec<Mat<f64>>>> {
+        let ([contact], [at]) = (&self.contacts()[..], &self.places[..]) else { return Ok(None) };
+        let forms = self.load_forms(&[], &[circles.mesh])?;
+        of_circles(self.world, &forms, (contact, at.tilt - contact.angle()), circles.radii).map(Some)
+    }
+
+    fn adopt_compliance(&mut self, constant: Mat<f64>) {
+        self.contact.adopt(constant);
     }
 
     fn modes(&mut self, extent: Extent, steps: &mut ProgressFn) -> Result<TraceModes> {

@@ -8,7 +8,7 @@ mod suspended;
 
 use super::clusters;
 use super::half_space::HalfSpace;
-use super::hybrid::{statics, Compact, Hybrid};
+use super::hybrid::{of_circles, statics, Compact, Hybrid, LoadCircles};
 use super::mode_cache::{by_ranks, CachedModes};
 use super::modes::Extent;
 use super::rotation::ModalRotation;
@@ -155,6 +155,12 @@ impl<'w> Swept<'w> {
             contact.at_place(at.along)
         };
         self.places.iter().map(of).collect()
+    }
+
+    /// Forms of the body meshed for loads on circles of the `radii`, m, the first one at its own contact.
+    fn load_forms(&self, others: &[RunningPlace], radii: &[f64]) -> Result<Forms> {
+        let section = self.making.for_loads_at(others, radii)?;
+        Ok(Forms::sprung(section, self.forms.material, &self.fixed, &self.springs)?.on_bearings(&self.bearings))
     }
 
     /// Loads of an order at each contact.
@@ -391,9 +397,7 @@ impl Body for Swept<'_> {
         let (others, mut all): (Vec<RunningPlace>, Vec<f64>) = placed.unzip();
         let own = self.places.iter().zip(&radii).filter(|(at, _)| at.place.is_none()).map(|(_, &radius)| radius);
         all.insert(0, own.fold(f64::INFINITY, f64::min));
-        let section = self.making.for_loads_at(&others, &all)?;
-        let forms =
-            Forms::sprung(section, self.forms.material, &self.fixed, &self.springs)?.on_bearings(&self.bearings);
+        let forms = self.load_forms(&others, &all)?;
         let contacts = self.contacts();
         let tilts = self.against_loads(&contacts);
         let made = self.contact.make(self.world, &forms, &contacts, &tilts);
@@ -406,6 +410,17 @@ impl Body for Swept<'_> {
 
     fn compact(&self) -> Result<Option<Compact>> {
         self.contact.compact(&self.name).map(Some)
+    }
+
+    fn contact_compliances(&self, circles: LoadCircles) -> Result<Option<Vec<Mat<f64>>>> {
+        let contacts = self.contacts();
+        let ([contact], [tilt]) = (&contacts[..], &self.against_loads(&contacts)[..]) else { return Ok(None) };
+        let forms = self.load_forms(&[], &[circles.mesh])?;
+        of_circles(self.world, &forms, (contact, *tilt), circles.radii).map(Some)
+    }
+
+    fn adopt_compliance(&mut self, constant: Mat<f64>) {
+        self.contact.adopt(constant);
     }
 
     fn modes(&mut self, extent: Extent, steps: &mut ProgressFn) -> Result<TraceModes> {

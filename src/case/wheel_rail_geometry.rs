@@ -22,7 +22,7 @@ use crate::{Error, Result};
 mod contact_sites;
 
 pub(crate) use contact_sites::build;
-use contact_sites::on_rail;
+pub(super) use contact_sites::on_rail;
 
 /// By how much a grid grows whose border the contact may reach, and how often at the most.
 const GROWTH: f64 = 1.3;

@@ -20,6 +20,7 @@ mod interface;
 pub(crate) mod krylov;
 pub(crate) mod law;
 mod linear;
+mod linear_places;
 pub(crate) mod loads;
 pub mod memory;
 mod nested;

@@ -41,15 +41,8 @@ impl SharedModel {
         let combined = |grid| Convolution::combined(&convolution(of_lower, grid)?, &convolution(of_upper, grid)?);
         let mut convolutions = grids.iter().map(combined).collect::<Result<Vec<_>>>()?;
         let pi = expansions(grids);
-        // E π = π E, with the signs of the components of the functions.
-        let sign = |k: usize| Side::Upper.sign(k);
+        let Joined { beside, seen } = Joined::join([of_lower, of_upper]);
         let first = of_lower.seen.ncols();
-        let seen = Mat::from_fn(order, first + of_upper.seen.ncols(), |k, j| match j.checked_sub(first) {
-            None => of_lower.seen[(k, j)],
-            Some(j) => sign(k) * of_upper.seen[(k, j)],
-        });
-        let beside =
-            Mat::from_fn(order, order, |i, j| of_lower.beside[(i, j)] + sign(i) * sign(j) * of_upper.beside[(i, j)]);
         let omega: Vec<f64> = lower.omega.iter().chain(&upper.omega).copied().collect();
         let local = stacked(&convolutions);
         let with = |functions: &Mat<f64>| {
@@ -81,6 +74,30 @@ impl SharedModel {
         pair.compliance = with(&whole);
         pair.local = Some(local);
         Ok(Self { interface, pair, own, rotation })
+    }
+}
+
+/// Low-rank compliance and modes of both bodies at the contact.
+#[derive(Debug, Clone)]
+pub(super) struct Joined {
+    /// Compliance beside the half-spaces that the modes have no part in, `[9T, 9T]`.
+    pub beside: Mat<f64>,
+    /// The modes of the lower body, then those of the upper one, `[9T, m1 + m2]`.
+    pub seen: Mat<f64>,
+}
+
+impl Joined {
+    /// The lower and the upper body.
+    pub fn join([lower, upper]: [&Compact; 2]) -> Self {
+        // E π = π E, with the signs of the components of the functions.
+        let sign = |k: usize| Side::Upper.sign(k);
+        let (order, first) = (lower.seen.nrows(), lower.seen.ncols());
+        let seen = Mat::from_fn(order, first + upper.seen.ncols(), |k, j| match j.checked_sub(first) {
+            None => lower.seen[(k, j)],
+            Some(j) => sign(k) * upper.seen[(k, j)],
+        });
+        let beside = Mat::from_fn(order, order, |i, j| lower.beside[(i, j)] + sign(i) * sign(j) * upper.beside[(i, j)]);
+        Self { beside, seen }
     }
 }
 

@@ -5,6 +5,7 @@ mod damping;
 mod low_rank_compliance;
 mod measured;
 mod pair;
+mod placed;
 mod receptance;
 mod rotating;
 
@@ -22,6 +23,7 @@ pub use crate::body::{Convolution, ModalMatrix, ModeLabel, TraceModes};
 pub use damping::{damping, IntrinsicDamping};
 pub use measured::{measure, shifts};
 pub use pair::{combined_compliance, CoupledModel};
+pub use placed::PlacedModel;
 pub use receptance::receptance;
 use rotating::Dynamics;
 pub use rotating::{travelling, turning, waves, RailMode};

@@ -237,6 +237,41 @@ fn continued_samples_are_those_of_the_whole_search() {
     assert_eq!(bits(&open(folder.path("two.h5"))), bits(&one), "two ranks");
 }
 
+/// Growth rates of samples on bodies that are interpolated over their profiles are those of runs of these places alone.
+#[test]
+fn interpolated_places_are_those_computed() {
+    let mut job = job("uncertain-squeal.json");
+    let uniform = |from: f64, to: f64| json!({ "uniform": { "from": from, "to": to } });
+    let keys = ["contact.friction", "contact.placement.lateral", "contact.placement.yaw", "contact.normal_load"];
+    let laws = [uniform(0.25, 0.4), uniform(-0.008, -0.004), uniform(-0.013, -0.008), uniform(55e3, 65e3)];
+    let inputs: Vec<Value> =
+        keys.iter().zip(laws).map(|(key, law)| json!({ "key": key, "distribution": law })).collect();
+    job["analyses"]["uncertainty"] =
+        json!({ "inputs": inputs, "samples": 96, "method": "latin_hypercube", "indices": false });
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &["--output", &folder.text("all.h5")]);
+    assert!(ran.good().out.contains("growth rates at 8 computed places differ by up to"), "{}", ran.out);
+    assert!(ran.out.contains("96 points on 1 reduced model,"), "{}", ran.out);
+    let all = open(folder.path("all.h5"));
+    let read = |name: &str| -> Vec<i32> { all.dataset(name).and_then(|d| d.read_raw()).expect("numbers") };
+    let continued = read("uncertainty/search").iter().filter(|s| **s == 1).count();
+    assert!(read("uncertainty/interpolated").iter().all(|i| *i == 1) && continued > 80, "{continued}");
+    assert!(numbers(&all, "interpolation_error")[0] <= 1e-4 && numbers(&all, "mesh_scatter")[0] <= 1e-3);
+    // Runs of these places alone have meshes of their own, with which growth rates scatter.
+    let rates = numbers(&all, "growth_rate");
+    for i in [0, 41, 95] {
+        let value = |key: &&str| format!("{key}={}", numbers(&all, &format!("values/{key}"))[i]);
+        let sets: Vec<String> = keys.iter().map(value).collect();
+        let output = folder.text("one.h5");
+        let mut with = vec!["--only", "stability", "--force", "--output", &output];
+        sets.iter().for_each(|set| with.extend(["--set", set]));
+        folder.call(1, "run", &with).good();
+        let one = open(folder.path("one.h5"));
+        let exact: Vec<f64> = one.dataset("stability/growth_rate").and_then(|d| d.read_raw()).expect("rates");
+        assert!((rates[i] - exact[0]).abs() < 1e-3 * exact[0].abs().max(1.0), "{i}: {} and {}", rates[i], exact[0]);
+    }
+}
+
 /// Samples without a state of rest are counted and told, and too many of them end the run with exit code 4.
 #[test]
 fn failed_samples_are_counted() {

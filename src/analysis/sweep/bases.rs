@@ -15,6 +15,8 @@ use std::rc::Rc;
 /// Points of a model to each of its base points, and base points of a model at the most.
 const EACH: usize = 32;
 const MOST: usize = 16;
+/// Base points at the most where points differ in their places as well.
+const MOST_PLACED: usize = 48;
 
 /// A base point as this rank has computed it.
 pub(super) struct BasePoint {
@@ -69,10 +71,11 @@ impl Bases {
         values.chain([u8::from(self.continues)]).collect()
     }
 
-    /// Base point of the point `i` among the `members` of a model: the nearest of some that are spread evenly over
-    /// them.
-    pub fn nearest(&self, members: &[usize], i: usize) -> usize {
-        let count = if self.continues { (members.len() / EACH).clamp(1, MOST) } else { 1 };
+    /// Base point of the point `i` among the `members` of a model, or of bodies that differ in where they are touched
+    /// (`placed`): the nearest of some that are spread evenly over them.
+    pub fn nearest(&self, members: &[usize], i: usize, placed: bool) -> usize {
+        let most = if placed { MOST_PLACED } else { MOST };
+        let count = if self.continues { (members.len() / EACH).clamp(1, most) } else { 1 };
         let far = |b: usize| -> f64 { self.scaled[b].iter().zip(&self.scaled[i]).map(|(a, b)| (a - b).powi(2)).sum() };
         let bases = (0..count).filter_map(|k| members.get(k * members.len() / count).copied());
         bases.min_by(|a, b| far(*a).total_cmp(&far(*b))).unwrap_or(i)
@@ -104,10 +107,10 @@ mod tests {
         let scaled = (0..80).map(|i| vec![f64::from(i), 1.0]).collect();
         let bases = Bases { continues: true, scaled, computed: RefCell::default() };
         let members: Vec<usize> = (0..80).collect();
-        let of: Vec<usize> = [0, 19, 21, 40, 79].iter().map(|&i| bases.nearest(&members, i)).collect();
+        let of: Vec<usize> = [0, 19, 21, 40, 79].iter().map(|&i| bases.nearest(&members, i, false)).collect();
         assert_eq!(of, [0, 0, 40, 40, 40]);
-        assert_eq!(bases.nearest(&members[30..50], 45), 30);
+        assert_eq!(bases.nearest(&members[30..50], 45, false), 30);
         let whole = Bases { continues: false, ..bases };
-        assert_eq!(whole.nearest(&members, 79), 0);
+        assert_eq!(whole.nearest(&members, 79, false), 0);
     }
 }

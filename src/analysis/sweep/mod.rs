@@ -6,6 +6,8 @@ mod bases;
 mod cycles;
 mod kept;
 mod outcome;
+mod places;
+mod point_model;
 mod sound;
 mod uncertain;
 
@@ -25,6 +27,7 @@ use crate::contact::points::{interface as of_points, reactions};
 use crate::job::{fe_inputs, range, ContactPlaces, Job, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::datasets::sweep::{tables, EigenvalueSearch, Outcome};
+use crate::output::datasets::uncertainty::interpolation_errors;
 use crate::output::Table;
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
@@ -34,6 +37,7 @@ use crate::{Error, Result};
 use cycles::{All, Following};
 use kept::KeptPoints;
 use outcome::{summarise, Packed};
+use point_model::StudyModel;
 use std::collections::HashMap;
 use uncertain::Study;
 
@@ -73,8 +77,10 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     };
     let mut results: Vec<Option<Outcome>> = vec![None; plan.points.len()];
     let points = filled(world, plan, &mut results)?;
-    let mut groups = groups(&points);
-    let models = groups.len();
+    let (families, mut groups) = match &study {
+        Some(study) if study.interpolates() => places::families(&points, groups(&points)),
+        _ => (Vec::new(), groups(&points)),
+    };
     if let Some(Some(kept)) = &mut kept {
         run.file.discard(kept.folder());
         kept.take_up(&points, &mut results)?;
@@ -82,6 +88,35 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     // Points of a study that an earlier run has computed are not computed again.
     let done: Vec<u8> = results.iter().map(|r| u8::from(study.is_some() && r.is_some())).collect();
     let done = world.broadcast(done);
+    let mut remarks = Vec::new();
+    let mut errors = Vec::new();
+    let mut models = 0;
+    for (family, study) in families.into_iter().zip(study.iter().cycle()) {
+        let computing = places::Computing { petsc: run.petsc, meshes: run.meshes, points: &points };
+        let (mut bodies, text) = match places::bodies(&computing, &family, study, run.progress)? {
+            Ok(bodies) => {
+                let text = bodies.in_words();
+                (bodies, text)
+            }
+            Err(text) => {
+                remarks.push(text);
+                groups.extend(family.groups);
+                continue;
+            }
+        };
+        remarks.push(text);
+        errors.push(bodies.errors);
+        models += 1;
+        study.forget();
+        let planned: Vec<(usize, usize)> = family.members.iter().filter(|&&i| done[i] == 0).map(|&i| (0, i)).collect();
+        let blocks: Vec<_> = planned.chunks(BLOCK * world.size).map(|part| share(part, 1, world)).collect();
+        run.progress.stage("points of the sweep");
+        let into = Into { points: &points, results: &mut results, kept: &mut kept };
+        solve_blocks(run, (&blocks, planned.len()), into, &mut |_, i| {
+            Some(study.solve(StudyModel::Placed(&mut bodies), (&points, &family.members), i))
+        })?;
+    }
+    models += groups.len();
     groups.retain(|(_, members)| members.iter().any(|&i| done[i] == 0));
     let folder = cycles::folder(&run.options.output);
     let wanted = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
@@ -136,31 +171,14 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             models.push(needed.then_some(made));
         }
         run.progress.stage("points of the sweep");
-        let mut begun = 0;
-        for mine in &blocks {
-            let mut solved = Packed::default();
-            for &(m, i) in mine.iter().take_while(|_| !run.stop.signalled()) {
-                begun += 1;
-                if let Some((model, _)) = &mut models[m] {
-                    let found = point_of(&points, i).and_then(|point| match &study {
-                        Some(study) => study.solve(model, (&points, &batch[m].1), i),
-                        None => solve(model, point),
-                    });
-                    solved.push(i, &found.unwrap_or_else(|e| Outcome::failed(&e)));
-                }
-                let all = blocks.iter().map(Vec::len).sum::<usize>();
-                run.progress.step("points", begun * planned.len() / all.max(1), planned.len());
-            }
-            let (numbers, text) = (world.gather(&solved.numbers), world.gather(&solved.text));
-            world.on_root(|| {
-                let packed = Packed { numbers, text };
-                packed.unpack(&mut results)?;
-                kept.iter_mut().flatten().try_for_each(|kept| kept.add(&packed, &points))
-            })?;
-            if run.stop.wanted(world) {
-                return Err(Error::Stopped(stopped(study.is_some(), &run.options.output)));
-            }
-        }
+        let into = Into { points: &points, results: &mut results, kept: &mut kept };
+        solve_blocks(run, (&blocks, planned.len()), into, &mut |m, i| {
+            let (model, _) = models[m].as_mut()?;
+            Some(point_of(&points, i).and_then(|point| match &study {
+                Some(study) => study.solve(StudyModel::Shared(model), (&points, &batch[m].1), i),
+                None => solve(model, point),
+            }))
+        })?;
         if let (Some((wanted, found)), [Some((model, sources))]) = (&mut followed, &mut models[..]) {
             let chains = cycles::chains(plan, wanted, &batch[0].1);
             // Where every state of rest of the model is stable nothing is followed, and nothing is heard.
@@ -198,6 +216,8 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             .collect::<Result<_>>()?;
         if let Some(study) = &study {
             run.file.tables(study.report(plan, &all, models, &mut run.summary)?);
+            run.file.tables(interpolation_errors(&errors));
+            remarks.iter().for_each(|text| run.summary.value("places", text.clone()));
             return Ok(());
         }
         run.file.tables(tables(plan, &all, own));
@@ -219,6 +239,47 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
         summarise(plan, &all, models, kind, &mut run.summary);
         Ok(())
     })?;
+    Ok(())
+}
+
+/// Destinations of the results of points.
+struct Into<'a> {
+    points: &'a [Option<Job>],
+    results: &'a mut [Option<Outcome>],
+    /// Results of a study, kept on the disk by rank 0.
+    kept: &'a mut Option<Option<KeptPoints>>,
+}
+
+/// Collective: the points of this rank's `blocks`, `planned` in all, each by `solve` from the number of its model and
+/// its own; none where the model could not be made.
+fn solve_blocks(
+    run: &mut Run,
+    (blocks, planned): (&[Vec<(usize, usize)>], usize),
+    into: Into,
+    solve: &mut dyn FnMut(usize, usize) -> Option<Result<Outcome>>,
+) -> Result<()> {
+    let world = run.world();
+    let all = blocks.iter().map(Vec::len).sum::<usize>();
+    let mut begun = 0;
+    for mine in blocks {
+        let mut solved = Packed::default();
+        for &(m, i) in mine.iter().take_while(|_| !run.stop.signalled()) {
+            begun += 1;
+            if let Some(found) = solve(m, i) {
+                solved.push(i, &found.unwrap_or_else(|e| Outcome::failed(&e)));
+            }
+            run.progress.step("points", begun * planned / all.max(1), planned);
+        }
+        let (numbers, text) = (world.gather(&solved.numbers), world.gather(&solved.text));
+        world.on_root(|| {
+            let packed = Packed { numbers, text };
+            packed.unpack(into.results)?;
+            into.kept.iter_mut().flatten().try_for_each(|kept| kept.add(&packed, into.points))
+        })?;
+        if run.stop.wanted(world) {
+            return Err(Error::Stopped(stopped(into.kept.is_some(), &run.options.output)));
+        }
+    }
     Ok(())
 }
 
@@ -378,5 +439,6 @@ fn outcome_of(contact: &crate::job::Contact, found: &StabilityResult) -> Outcome
         approach: state.map_or(f64::NAN, |s| s.patches[0].approach),
         followed: Vec::new(),
         search: EigenvalueSearch::Whole,
+        interpolated: false,
     }
 }

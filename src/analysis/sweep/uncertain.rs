@@ -2,12 +2,12 @@
 //! say of them.
 
 use super::bases::{BasePoint, Bases};
-use super::{goes_on, outcome_of, point_of, with_problem, Base};
+use super::point_model::{FollowedRate, StudyModel};
+use super::{goes_on, point_of, Base};
 use crate::analysis::stability::mode_name;
 use crate::case::stability_problem::StabilityResult;
-use crate::contact::LinearContact;
 use crate::job::{Job, SweepPlan, Uncertainty};
-use crate::model::{CoupledModel, SharedModel};
+use crate::model::CoupledModel;
 use crate::output::datasets::sweep::{EigenvalueSearch, Followed, Outcome};
 use crate::output::datasets::uncertainty::{tables, ModeOf, Study as Report};
 use crate::output::Table;
@@ -29,7 +29,7 @@ const FOLLOWED: usize = 100;
 /// Part of its frequency by which that of a mode may change from the job's own point to a sample.
 const NEAR: f64 = 0.2;
 /// Modal assurance criterion from which on a motion is a mode that is followed.
-const ALIKE: f64 = 0.5;
+pub(super) const ALIKE: f64 = 0.5;
 /// Modal assurance criterion below which a motion of a base point becomes no mode that is followed.
 const UNLIKE: f64 = 0.2;
 /// Modes that are told of at least, where fewer are unstable in samples.
@@ -100,7 +100,7 @@ impl<'a> Study<'a> {
     pub(super) fn identity(&self) -> Vec<u8> {
         let all = self.references.iter().flat_map(|r| [r.value].into_iter().chain(r.modal.iter().copied()));
         let all = all.flat_map(|z| [z.re.to_le_bytes(), z.im.to_le_bytes()].concat());
-        all.chain(self.bases.identity()).collect()
+        all.chain(self.bases.identity()).chain([u8::from(self.wanted.interpolate)]).collect()
     }
 
     /// Frees the base points of models that are no longer needed.
@@ -108,19 +108,24 @@ impl<'a> Study<'a> {
         self.bases.forget();
     }
 
+    /// Returns whether bodies are interpolated over their profiles.
+    pub(super) fn interpolates(&self) -> bool {
+        self.wanted.interpolate
+    }
+
     /// The point `i` among the `members` that share a `model`. Every one begins from a base point of these, so that it
     /// does not depend on which points this rank has computed before.
     pub(super) fn solve(
         &self,
-        model: &mut SharedModel,
+        mut model: StudyModel,
         (points, members): (&[Option<Job>], &[usize]),
         i: usize,
     ) -> Result<Outcome> {
-        let number = self.bases.nearest(members, i);
+        let number = self.bases.nearest(members, i, matches!(model, StudyModel::Placed(_)));
         let base = self.bases.get(number, || {
             State::default().restore();
             model.renew();
-            match point_of(points, number).and_then(|point| self.base(model, point)) {
+            match point_of(points, number).and_then(|point| self.base(model.again(), point)) {
                 Err(e) if !goes_on(&e) => Err(e),
                 Err(e) => Ok(BasePoint::failed(e)),
                 Ok(base) => Ok(base),
@@ -132,7 +137,7 @@ impl<'a> Study<'a> {
         let point = point_of(points, i)?;
         base.state.restore();
         if let Some(known) = &base.known {
-            if let Some(outcome) = self.at((&mut *model, point), &base, Some(known))? {
+            if let Some(outcome) = self.at((model.again(), point), &base, Some(known))? {
                 return Ok(Outcome { search: EigenvalueSearch::Continued, ..outcome });
             }
             base.state.restore();
@@ -144,40 +149,43 @@ impl<'a> Study<'a> {
     }
 
     /// A base point, whose eigenvalues are searched for from nothing.
-    fn base(&self, model: &mut SharedModel, point: &Job) -> Result<BasePoint> {
+    fn base(&self, mut model: StudyModel, point: &Job) -> Result<BasePoint> {
         let lower = model.lower_modes();
-        let (outcome, found, rolling) = with_problem(model, point, |problem| {
-            let of = |linear: &LinearContact| spectrum(problem.stability, problem.model.1, linear);
-            let (found, rolling) = problem.begun_with(None, of)?;
-            Ok((outcome_of(problem.contact, &found), found, rolling))
-        })?;
+        let (outcome, found, rolling) = model.solved(point, None, &mut spectrum)?;
         let tracked = || KnownSpectrum::of_last(&self.tracked(&found, lower));
         let known = if self.bases.continues() { tracked() } else { None };
         let outcome = Ok(reduced(outcome, self.followed(&found, lower)));
         Ok(BasePoint { outcome, state: State::present(), known, rolling })
     }
 
+    /// Growth rates of the modes that are followed at a point, by a whole search from nothing.
+    pub(super) fn growth_rates(&self, mut model: StudyModel, point: &Job) -> Result<Vec<FollowedRate>> {
+        State::default().restore();
+        model.renew();
+        let lower = model.lower_modes();
+        let (_, found, _) = model.solved(point, None, &mut spectrum)?;
+        let rate = |f: &Followed| Some(FollowedRate { mode: f.mode?, rate: f.value.re, agreement: f.agreement });
+        Ok(self.followed(&found, lower).iter().filter_map(rate).collect())
+    }
+
     /// A point by its base, its eigenvalues continued from those that are `known`, or searched for as a whole; none
     /// where they could not be continued.
     fn at(
         &self,
-        (model, point): (&mut SharedModel, &Job),
+        (mut model, point): (StudyModel, &Job),
         base: &BasePoint,
         known: Option<&KnownSpectrum>,
     ) -> Result<Option<Outcome>> {
         let lower = model.lower_modes();
         let mut continues = true;
-        let (outcome, found) = with_problem(model, point, |problem| {
-            let (stability, pair) = (problem.stability, problem.model.1);
-            let (found, _) = problem.begun_with(base.rolling.as_ref(), |linear| match known {
+        let (outcome, found, _) =
+            model.solved(point, base.rolling.as_ref(), &mut |stability, pair, linear| match known {
                 None => spectrum(stability, pair, linear),
                 Some(known) => Ok(continued(stability, pair, linear, known)?.unwrap_or_else(|| {
                     continues = false;
                     Spectrum::default()
                 })),
             })?;
-            Ok((outcome_of(problem.contact, &found), found))
-        })?;
         if !continues {
             return Ok(None);
         }

@@ -108,7 +108,7 @@ fn on_one_rail(sites: &[ContactSite], first: job::TrackSide, near: bool, touched
 }
 
 /// Position of the contact on the rail on a side of the track.
-pub(super) fn on_rail(seat: Seat, side: job::TrackSide) -> rail::RailContactPosition {
+pub(in crate::case) fn on_rail(seat: Seat, side: job::TrackSide) -> rail::RailContactPosition {
     rail::RailContactPosition {
         y: seat.y,
         z: Some(seat.z),

@@ -45,6 +45,10 @@ pub struct Uncertainty {
     /// they are those of the whole search.
     #[serde(default = "default_follow")]
     pub follow: bool,
+    /// True if wheel and rail are interpolated over their profiles where 96 or more points touch them at places of
+    /// their own, and growth rates agree within 1e-4 with those of places computed on the same mesh.
+    #[serde(default = "default_interpolate")]
+    pub interpolate: bool,
     /// Share of the points that may fail. With more of them the run ends with exit code 4 after writing its results.
     #[serde(default = "default_max_failed")]
     #[schemars(range(min = 0.0, max = 1.0), extend("unit" = "1"))]
@@ -181,6 +185,10 @@ fn default_confidence() -> f64 {
 }
 
 fn default_follow() -> bool {
+    true
+}
+
+fn default_interpolate() -> bool {
     true
 }
 

@@ -54,6 +54,8 @@ pub struct Outcome {
     pub followed: Vec<Followed>,
     /// How the eigenvalues were found.
     pub search: EigenvalueSearch,
+    /// True if the bodies were interpolated over their profiles.
+    pub interpolated: bool,
 }
 
 impl Outcome {
@@ -71,6 +73,7 @@ impl Outcome {
             approach: f64::NAN,
             followed: Vec::new(),
             search: EigenvalueSearch::Whole,
+            interpolated: false,
         }
     }
 

@@ -130,6 +130,12 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], study: &Study) -> Vec<Table> {
              since they could not be continued.",
             all.iter().map(|o| o.search as i32).collect::<Vec<i32>>(),
         ),
+        Table::list(
+            &path("interpolated"),
+            "-",
+            "1: what the contact sees of the bodies was interpolated over their profiles; 0: it was computed.",
+            all.iter().map(|o| i32::from(o.interpolated)).collect::<Vec<i32>>(),
+        ),
         Table::scalar(&path("samples"), "1", "Number of random samples.", study.samples as i64),
         Table::scalar(&path("failed"), "1", "Number of those that failed.", study.failed as i64),
         number("confidence", "1", "Probability with which intervals hold what they stand for.", study.confidence),
@@ -150,6 +156,21 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], study: &Study) -> Vec<Table> {
         tables.extend(of_indices(study));
     }
     tables
+}
+
+/// Tables of the largest relative differences of growth rates between bodies that are interpolated and bodies computed,
+/// one pair for each set of bodies: computed on the same meshes, and on meshes of their own.
+pub fn interpolation_errors(all: &[[f64; 2]]) -> Vec<Table> {
+    if all.is_empty() {
+        return Vec::new();
+    }
+    let of = |k: usize| all.iter().map(|e| e[k]).collect::<Vec<f64>>();
+    let text = "Largest difference of growth rates between interpolated bodies and those computed";
+    let over = "over the larger one of the growth rate and 1 1/s";
+    vec![
+        Table::list("/uncertainty/interpolation_error", "1", &format!("{text} on the same meshes, {over}."), of(0)),
+        Table::list("/uncertainty/mesh_scatter", "1", &format!("{text} on meshes of their own, {over}."), of(1)),
+    ]
 }
 
 fn of_modes(points: usize, modes: &[ModeOf]) -> Vec<Table> {
