@@ -131,8 +131,8 @@ impl<'a> Equations<'_, 'a> {
         norm(&u[self.structure.rank()..self.size()])
     }
 
-    /// The contact forces at `u` with their derivatives. All marches for it begin with the same contact: what it has not
-    /// yet forgotten at their end is far more than such small differences.
+    /// The contact forces at `u` with their derivatives. All marches begin with the same contact: what it has not yet
+    /// forgotten at their end is far more than such small differences.
     pub(super) fn derivatives(&mut self, u: &[f64]) -> Result<ContactJacobian> {
         let force = self.march(u)?.coefficients;
         let (n, omega, key) = (self.size(), self.omega_of(u), self.key_of(u));
@@ -322,7 +322,7 @@ impl<'a> Equations<'_, 'a> {
         Ok(Corrected { u, cycle: self.structure.solution(found, self.resolution.harmonics)?, iterations })
     }
 
-    /// The tangent of the branch at the solution `u`, of length 1 as [`counted`](Self::counted), on the side of `ahead`.
+    /// The tangent of the branch at the solution `u`, of length 1 but for its mean, on the side of `ahead`.
     pub fn tangent(&self, contact: &ContactJacobian, u: &[f64], ahead: &[f64]) -> Result<Vec<f64>> {
         let (n, phase) = (self.size(), self.phase(u));
         let a = bordered(&self.assemble(contact, u), [&phase.row, &self.counted(ahead.to_vec())]);
