@@ -178,7 +178,7 @@ impl<'w> Swept<'w> {
         let mut all = Mat::zeros(LOADS * contacts.len(), list.len());
         for (k, mode) in list.iter().enumerate() {
             for (c, contact) in contacts.iter().enumerate() {
-                let seen = turned(mode.seen(c, contact.along()), tilts[c]);
+                let seen = turned(mode.contact_motion(c, contact.along()), tilts[c]);
                 (0..LOADS).for_each(|a| all[(LOADS * c + a, k)] = seen[a]);
             }
         }

@@ -21,7 +21,7 @@ impl Member<'_> {
 
     /// ψ̂, 1/√kg and 1/(√kg m): the mode at the contact number `contact`, which lies at the angle `along`, rad, as far
     /// as its family has it.
-    pub(super) fn seen(&self, contact: usize, along: f64) -> [f64; LOADS] {
+    pub(super) fn contact_motion(&self, contact: usize, along: f64) -> [f64; LOADS] {
         let shares = family_shares(self.of.order, self.of.order as f64 * along, self.family);
         std::array::from_fn(|k| shares[k] * self.of.contact[(LOADS * contact + k, self.index)])
     }

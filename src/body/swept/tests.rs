@@ -55,13 +55,17 @@ fn pairs_at_the_contact_and_in_rotation() {
     let list = members(&all);
     let omega: Vec<f64> = list.iter().map(Member::omega).collect();
     assert_eq!(omega, [4.0, 4.0, 5.0, 9.0, 9.0, 9.0]);
-    assert_eq!(list[0].seen(0, 0.0), [0.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0, 8.0, 9.0]);
-    assert_eq!(list[1].seen(0, 0.0), [1.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0, 0.0, 0.0]);
+    assert_eq!(list[0].contact_motion(0, 0.0), [0.0, 2.0, 3.0, 4.0, 0.0, 0.0, 0.0, 8.0, 9.0]);
+    assert_eq!(list[1].contact_motion(0, 0.0), [1.0, 0.0, 0.0, 0.0, 5.0, 6.0, 7.0, 0.0, 0.0]);
     // A quarter of the circle ahead the families of two nodal diameters are each the other way round.
-    assert!(list[0].seen(0, 0.5 * PI).iter().zip(list[0].seen(0, 0.0)).all(|(a, b)| (a + b).abs() < 1e-14));
-    let eighth = list[0].seen(0, 0.25 * PI);
-    assert!(eighth.iter().zip(list[1].seen(0, 0.0)).all(|(a, b)| (a + b).abs() < 1e-14), "{eighth:?}");
-    assert_eq!(list[2].seen(0, 0.7), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
+    assert!(list[0]
+        .contact_motion(0, 0.5 * PI)
+        .iter()
+        .zip(list[0].contact_motion(0, 0.0))
+        .all(|(a, b)| (a + b).abs() < 1e-14));
+    let eighth = list[0].contact_motion(0, 0.25 * PI);
+    assert!(eighth.iter().zip(list[1].contact_motion(0, 0.0)).all(|(a, b)| (a + b).abs() < 1e-14), "{eighth:?}");
+    assert_eq!(list[2].contact_motion(0, 0.7), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0]);
     let named: Vec<String> = names(&all, &list).iter().map(ModeLabel::to_string).collect();
     assert_eq!(named[..3], ["(2, axial 0)", "(2, axial 0)", "(0, axial 0)"]);
     assert_eq!(named[3..].iter().filter(|n| **n == "(2, radial 0)").count(), 2, "{named:?}");
