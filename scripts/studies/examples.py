@@ -7,7 +7,7 @@ import numpy as np
 from pages import put
 from program import KEPT, ROOT, run
 from railsqueal import Result
-from railsqueal.tables import Sweep
+from railsqueal.tables import Branches, Sweep
 from railsqueal.uncertainty import Uncertainty
 from report import table
 
@@ -210,8 +210,50 @@ def uncertain_curve():
     plt.close(figure)
 
 
+def squeal_branch():
+    """Amplitude and sound of the limit cycles of one mode over the friction."""
+    KEPT.mkdir(parents=True, exist_ok=True)
+    output = KEPT / "squeal-branch.h5"
+    output.unlink(missing_ok=True)
+    run("squeal-branch.json", {}, output=output, groups=())
+    with Result(output) as result:
+        found = Branches.from_result(result)
+    output.unlink()
+    # m/s, root mean square, of the wheel along y.
+    rim = 1e3 * found.velocity_rms[:, 1, 1]
+    # Of wheel and rail together.
+    level = 10 * np.log10(sum(10 ** (0.1 * found.level_a[body]) for body in found.level_a))
+    order = np.argsort(found.key)
+    step = max(1, len(order) // 12)
+    special = [k for k, kind in enumerate(found.special) if kind]
+    shown = sorted({*order[::step], order[-1], *special}, key=lambda k: found.key[k])
+    rows = [
+        [
+            f"{found.key[k]:.4f}",
+            f"{found.frequency[k]:.2f}",
+            f"{rim[k]:.1f}",
+            f"{level[k]:.1f}",
+            f"{100 * found.stick[k, 0]:.1f}",
+            found.special[k] or "–",
+        ]
+        for k in shown
+    ]
+    head = ["friction", "frequency, Hz", "rim, mm/s", "sound power, dB(A)", "stick, %", "special point"]
+    put(PAGES / "squeal-branch.md", "squeal-branch", table(head, rows))
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.0), layout="constrained")
+    drawn = ((left, rim, "lateral velocity of the rim / (mm/s)"), (right, level, "sound power / dB(A)"))
+    for axes, values, name in drawn:
+        axes.plot(found.key[order], values[order], marker="o", markersize=4, color=COLOURS[2])
+        axes.axvline(found.onset_key[0], color="#bbbbbb", linewidth=1)
+        axes.set_xlabel("friction (line: threshold of rest)")
+        axes.set_ylabel(name)
+    plt.rcParams["svg.hashsalt"] = "squeal-branch"
+    figure.savefig(PAGES / "squeal-branch.svg", metadata={"Date": None})
+    plt.close(figure)
+
+
 def worked():
     """All of them."""
-    for example in (damped_wheel, friction_modifier, worn_wheel, sleeper_bay, uncertain_curve):
+    for example in (damped_wheel, friction_modifier, worn_wheel, sleeper_bay, uncertain_curve, squeal_branch):
         example()
     return {}
