@@ -389,27 +389,3 @@ fn growing_motions_lead_to_the_cycle_that_is_marched_to() {
     // The cycle sticks, a motion that grows as the mode does not.
     assert!(found.cycle.stick()[0] > 0.01);
 }
-
-/// A mode that moves along the normal too lifts the mass off where its amplitude takes away the whole load: there the
-/// least normal force of the steps is zero.
-#[test]
-fn first_opening_is_located_where_the_normal_force_vanishes() {
-    let (belt, mut modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
-    modes.shapes[(2, 0)] = 2e-3;
-    let structure = Structure::new(modes.model(&belt)).unwrap();
-    let resolution = Resolution { harmonics: 6, samples: 120 };
-    let mut equations = equations(&belt, &structure, resolution, onset());
-    let (key, u, cycle, contact) = smooth(&mut equations, 0.1);
-    assert!(cycle.normal()[0] > 0.5 * LOAD, "{:?}", cycle.normal());
-    let start = BranchPoint { key, u, cycle, multipliers: None, special: None };
-    let extent = BranchExtent { range: [0.3, 0.9], most: 60, longest: 0.1, located: Some(1e-6), stability: false };
-    let ahead = equations.counted(start.u.iter().map(|u| 1e-3 * u).collect());
-    let mut branch = BranchState::new(start, contact, true, &extent).towards(ahead);
-    let opens = |p: &&BranchPoint| p.special.is_some_and(|s| s.kind == SpecialKind::Opening);
-    follow(&mut equations, &mut branch, &extent, &mut |state| Ok(!state.points.iter().any(|p| opens(&p)))).unwrap();
-    let place = branch.points.iter().position(|p| opens(&p)).expect("an opening");
-    let [before, at] = [&branch.points[place - 1], &branch.points[place]];
-    assert!(before.cycle.normal()[0] > 1e-2 * LOAD, "{:?}", before.cycle.normal());
-    // The key is known to 1e-6 of its range; the force changes by some load over a tenth of it.
-    assert!(at.cycle.normal()[0].abs() < 1e-4 * LOAD, "{:?} at {}", at.cycle.normal(), at.key);
-}
