@@ -97,15 +97,17 @@ impl Equations<'_, '_> {
             if k == 0 {
                 continue;
             }
-            let along = |by: C, i: usize| -> f64 {
+            // Change of the motion with an unknown that changes s by `by`.
+            let mut add = |column: usize, by: C| {
                 let slope = Mat::from_fn(r, r, |a, b| slope[(a, b)] * by);
-                (0..rows).map(|m| real(&slope, i, m) * force[first + m]).sum::<f64>() / self.unit
-            };
-            for i in 0..rows {
-                j[(first + i, n)] += along(turn * self.omega, i);
-                if grows {
-                    j[(first + i, n + 1)] += along(C::new(self.key[1], 0.0), i);
+                for i in 0..rows {
+                    let change = (0..rows).map(|m| real(&slope, i, m) * force[first + m]).sum::<f64>();
+                    j[(first + i, column)] += change / self.unit;
                 }
+            };
+            add(n, turn * self.omega);
+            if grows {
+                add(n + 1, C::new(self.key[1], 0.0));
             }
         }
         (0..n).for_each(|i| j[(i, i)] -= 1.0);

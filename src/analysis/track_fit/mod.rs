@@ -1,7 +1,7 @@
 //! Pads and ballast of a track, fitted to measured decay rates.
 //!
-//! Of the logarithms θ of keys of the track the sum Σ (ln D(θ) − ln D_measured)² over bands and directions is made
-//! least, D the decay rates of the analysis `track_decay`. Logarithms, since a rail radiates from a length that goes
+//! The fit minimises Σ (ln D(θ) − ln D_measured)² over bands and directions; θ are the logarithms of keys of the track
+//! and D the decay rates of the analysis `track_decay`. Logarithms, since a rail radiates from a length that goes
 //! with 1/D: equal differences are equal differences of its sound power, dB. The derivatives ∂ ln D/∂θ are those of the
 //! waves in closed form. The motions of the section are made for the track at the beginning; with the fitted track
 //! they are made anew, until the keys stay.

@@ -389,3 +389,31 @@ fn growing_motions_lead_to_the_cycle_that_is_marched_to() {
     // The cycle sticks, a motion that grows as the mode does not.
     assert!(found.cycle.stick()[0] > 0.01);
 }
+
+/// The assembled Jacobian beside central differences of the equations, for motions that grow with 5 1/s.
+#[test]
+fn jacobian_is_the_derivative_of_the_equations() {
+    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA, 1.63 * OMEGA], &[DAMPING, 15.5]));
+    let structure = Structure::new(modes.model(&belt)).unwrap();
+    let resolution = Resolution { harmonics: 6, samples: 120 };
+    let mut equations = equations(&belt, &structure, resolution, onset());
+    let (v, u, ..) = smooth(&mut equations, 0.2);
+    let motions = GrowingMotion(belt.at(v).unwrap());
+    let mut equations = Equations { family: &motions, key: [5.0, 1.0], ..equations };
+    let (n, mut u) = (equations.size(), u);
+    u[n + 1] = 0.0;
+    let contact = equations.derivatives(&u).unwrap();
+    let jacobian = equations.assemble(&contact, &u);
+    for (column, by) in [(1, 1e-4), (2, 1e-4), (n, 1e-5), (n + 1, 1e-2)] {
+        let mut lack = |by: f64| {
+            let mut u = u.clone();
+            u[column] += by;
+            equations.march(&u).unwrap().lack
+        };
+        let [ahead, behind] = [lack(by), lack(-by)];
+        let found: Vec<f64> = (0..n).map(|i| (ahead[i] - behind[i]) / (2.0 * by)).collect();
+        let size = found.iter().map(|f| f * f).sum::<f64>().sqrt();
+        let error = (0..n).map(|i| (found[i] - jacobian[(i, column)]).powi(2)).sum::<f64>().sqrt();
+        assert!(error < 1e-3 * size, "column {column}: {error:e} of {size:e}");
+    }
+}
