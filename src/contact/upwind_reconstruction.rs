@@ -56,15 +56,35 @@ impl UpwindReconstruction {
     /// Change of the course at the leading edge with the gaps at the two open nodes: the derivatives by these of
     /// ∂w/∂x at the node, as coefficients of w at the three nodes. None where the course does not follow the gaps.
     pub fn derivative_by_gap(self, h: [f64; 2], gap: [f64; 2]) -> Option<[[f64; 3]; 2]> {
+        let (ratio, by_gap) = self.ratio_by_gap(gap)?;
+        let by_ratio = derivative_by_ratio(ratio, h);
+        Some(by_gap.map(|r| by_ratio.map(|d| r * d)))
+    }
+
+    /// ∂ratio/∂gap at the two open nodes; none where the course does not follow the gaps.
+    fn ratio_by_gap(self, gap: [f64; 2]) -> Option<(f64, [f64; 2])> {
         let UpwindReconstruction::Edge { ratio } = self else { return None };
         // At the least ratio the gaps say nothing.
-        if ratio * gap[0] > gap[1] * (1.0 + 1e-12) {
-            return None;
-        }
-        let scale = 1.0 / (ratio * h[0] - h[1]);
-        let change = -h[0] * scale * scale;
-        let by_ratio = [scale + (ratio - 1.0) * change, -scale - ratio * change, change];
-        Some([-ratio / gap[0], 1.0 / gap[0]].map(|r| by_ratio.map(|d| r * d)))
+        let follows = ratio * gap[0] <= gap[1] * (1.0 + 1e-12);
+        follows.then_some((ratio, [-ratio / gap[0], 1.0 / gap[0]]))
+    }
+
+    /// Change of [`Self::value`] with the gaps at the two open nodes, as coefficients of w at the three nodes. None
+    /// where the course does not follow the gaps.
+    pub fn value_by_gap(self, travel: f64, h: [f64; 2], gap: [f64; 2]) -> Option<[[f64; 3]; 2]> {
+        let (ratio, by_gap) = self.ratio_by_gap(gap)?;
+        let (root, way) = (ratio.cbrt(), h[0] - travel);
+        let ahead = (h[1] - h[0]) / (root * root - 1.0);
+        // Where the edge lies between the nodes it moves with the ratio: ∂ahead/∂ratio, and ∂part/∂ratio.
+        let moved = if ahead < h[0] { -2.0 / 3.0 * ahead / (root * (root * root - 1.0)) } else { 0.0 };
+        let ahead = ahead.min(h[0]);
+        let inside = (1.0 - way / ahead).max(0.0);
+        let part = inside * inside.sqrt();
+        let grown = 1.5 * inside.sqrt() * way / (ahead * ahead) * moved;
+        let (d, slope, change) = (self.derivative(h), part * h[0] - travel, derivative_by_ratio(ratio, h));
+        let both = |k: usize| grown * h[0] * d[k] + slope * change[k];
+        let by_ratio = [both(0) - grown, both(1) + grown, both(2)];
+        Some(by_gap.map(|r| by_ratio.map(|v| r * v)))
     }
 
     /// w at the distance `travel` upstream, no further than the first neighbour: coefficients of w at the three nodes.
@@ -86,6 +106,13 @@ impl UpwindReconstruction {
         let d = self.derivative(h);
         [1.0 - part + slope * d[0], part + slope * d[1], slope * d[2]]
     }
+}
+
+/// Change of [`UpwindReconstruction::derivative`] at an edge with its ratio.
+fn derivative_by_ratio(ratio: f64, h: [f64; 2]) -> [f64; 3] {
+    let scale = 1.0 / (ratio * h[0] - h[1]);
+    let change = -h[0] * scale * scale;
+    [scale + (ratio - 1.0) * change, -scale - ratio * change, change]
 }
 
 #[cfg(test)]
@@ -123,6 +150,30 @@ mod tests {
             let got = apply(course.derivative(h), w, h);
             assert!((got - want).abs() < 1e-12, "{course:?}: {got}, expected {want}");
         }
+    }
+
+    /// Where the edge lies between the open nodes, and where it lies at the first of them.
+    #[test]
+    fn the_value_changes_with_the_gaps_as_differences_do() {
+        let (h, by) = ([0.7, 1.8], 1e-6);
+        for (gap, travel) in [([1.0, 9.0], 0.3), ([1.0, 9.0], 0.05), ([1.0, 5.0], 0.6)] {
+            let course = |gap| UpwindReconstruction::edge(h, gap).unwrap();
+            let found = course(gap).value_by_gap(travel, h, gap).unwrap();
+            for k in 0..2 {
+                let at = |by: f64| {
+                    let mut there = gap;
+                    there[k] += by;
+                    course(there).value(travel, h)
+                };
+                let (more, less) = (at(by), at(-by));
+                for c in 0..3 {
+                    let want = (more[c] - less[c]) / (2.0 * by);
+                    assert!((found[k][c] - want).abs() < 1e-8, "{gap:?}, {travel}: {found:?}, {k} {c} {want}");
+                }
+            }
+        }
+        assert_eq!(UpwindReconstruction::Parabola.value_by_gap(0.1, h, [1.0, 4.0]), None);
+        assert_eq!(UpwindReconstruction::edge(h, [1.0, 1.0]).unwrap().value_by_gap(0.1, h, [1.0, 1.0]), None);
     }
 
     #[test]

@@ -5,7 +5,7 @@ use super::prescribed::{Prescribed, PrescribedMotion};
 use super::receptance::{discrete, harmonic};
 use crate::grid::Interface;
 use crate::transient::low_rank_modes::factors;
-use crate::transient::stepper::{Settings, State, Stepper};
+use crate::transient::stepper::{Changes, Settings, State, Stepper};
 use crate::transient::{Energy, Model, Scheme};
 use crate::{Error, Result};
 use faer::linalg::solvers::SolveLstsq;
@@ -286,18 +286,7 @@ impl<'a, 's> Balance<'a, 's> {
         let Resolution { harmonics, samples } = self.resolution;
         let r = self.structure.rank();
         let h = 2.0 * PI / (samples as f64 * omega);
-        if !(h > 0.0 && h.is_finite()) {
-            return Err(Error::NotConverged(format!("limit cycles: an angular frequency of {omega} rad/s")));
-        }
-        let before = self.forgetting(memory, h);
-        let motion: Vec<Vec<f64>> = (0..samples).map(|n| self.sample(z, n)).collect();
-        let start = (samples - before % samples) % samples;
-        {
-            let mut course = self.course.borrow_mut();
-            course.samples.clone_from(&motion);
-            course.next = (start + 1) % samples;
-        }
-        self.stepper.restart(h, state(motion[start].clone(), memory))?;
+        let (before, _) = self.begin(z, h, memory)?;
         let mut after = None;
         let mut contact = None;
         let (mut forces, mut force, mut nodes) = (vec![Vec::new(); samples], vec![[0.0; 3]; samples], Vec::new());
@@ -339,6 +328,61 @@ impl<'a, 's> Balance<'a, 's> {
             }
         }
         Ok(Marched { lack, coefficients, memory: after, omega, pushes, force, nodes, contact })
+    }
+
+    /// Begins a march in steps of `h`, s: the number of steps before the period whose forces are taken, and the sample
+    /// that it starts from.
+    fn begin(&mut self, z: &[f64], h: f64, memory: &ContactMemory) -> Result<(usize, usize)> {
+        if !(h > 0.0 && h.is_finite()) {
+            return Err(Error::NotConverged(format!("limit cycles: steps of {h} s")));
+        }
+        let samples = self.resolution.samples;
+        let before = self.forgetting(memory, h);
+        let motion: Vec<Vec<f64>> = (0..samples).map(|n| self.sample(z, n)).collect();
+        let start = (samples - before % samples) % samples;
+        {
+            let mut course = self.course.borrow_mut();
+            course.samples.clone_from(&motion);
+            course.next = (start + 1) % samples;
+        }
+        self.stepper.restart(h, state(motion[start].clone(), memory))?;
+        Ok((before, start))
+    }
+
+    /// Derivatives of the forces of [`march`](Self::march) (as coefficients, `[size]`) with respect to the motion `z`,
+    /// `[size, size]`, at the steps as they are.
+    pub(super) fn force_derivative(&mut self, z: &[f64], omega: f64, memory: &ContactMemory) -> Result<Mat<f64>> {
+        let Resolution { harmonics, samples } = self.resolution;
+        let (r, size) = (self.structure.rank(), z.len());
+        let h = 2.0 * PI / (samples as f64 * omega);
+        let (before, start) = self.begin(z, h, memory)?;
+        // The functions of the motion at a sample: 1, cos θ, sin θ, cos 2θ, …
+        let functions = |n: usize| -> Vec<f64> {
+            let angle = |k: usize| 2.0 * PI * ((k * n) % samples) as f64 / samples as f64;
+            let one = |b: usize| if b > 0 && b % 2 == 0 { angle(b / 2).sin() } else { angle(b.div_ceil(2)).cos() };
+            (0..=2 * harmonics).map(one).collect()
+        };
+        let unit = self.unit;
+        let motion = |n: usize| {
+            let all = functions(n);
+            Mat::from_fn(r, size, |i, column| if column % r == i { unit * all[column / r] } else { 0.0 })
+        };
+        let mut changes = Changes::of_motion(&self.stepper, motion(start));
+        let mut derivative = Mat::<f64>::zeros(size, size);
+        for step in 1..=before + samples {
+            let n = (start + step) % samples;
+            self.stepper.advance_with(&mut changes, motion(n).as_ref())?;
+            if step > before {
+                let weight = |b: usize| if b == 0 { 1.0 } else { 2.0 } / samples as f64;
+                let weights: Vec<f64> = functions(n).iter().enumerate().map(|(b, f)| weight(b) * f).collect();
+                let force = changes.force();
+                for column in 0..size {
+                    let to = derivative.col_as_slice_mut(column);
+                    (0..size).for_each(|row| to[row] += weights[row / r] * force[(row % r, column)]);
+                }
+            }
+        }
+        Ok(derivative)
     }
 
     /// The motion at the phase 2πn/N, m √kg, `[r]`.

@@ -1,10 +1,10 @@
 //! Newton's method on the equations of a cycle, bordered by a phase condition and by one more condition.
 //!
-//! The derivatives of the contact forces come from differences of marches: a march costs milliseconds, whatever the
-//! number of modes. Between such derivatives they are updated by Broyden's rule (C. G. Broyden, Math. Comp. 19 (1965)),
-//! along a branch too. Marches are smooth but where a node changes its status; differences so small hardly ever meet
-//! such a change, and the matrix is the one with the statuses as they are: an element of the generalised Jacobian of
-//! the semi-smooth map. The modes enter exactly (see [`super::contact_jacobian`]).
+//! The derivatives of the contact forces come from a linearised march, whatever the number of modes, those by the
+//! frequency and the key from differences of marches. Between such derivatives they are updated by Broyden's rule (C.
+//! G. Broyden, Math. Comp. 19 (1965)), along a branch too. Marches are smooth but where a node changes its status; the
+//! linearised march takes the statuses as they are, which gives an element of the generalised Jacobian of the
+//! semi-smooth map. The modes enter exactly (see [`super::contact_jacobian`]).
 
 use super::balance::{Balance, Conditions, ContactMemory, Marched, PeriodicSolution, Resolution, Structure};
 use super::contact_jacobian::ContactJacobian;
@@ -78,8 +78,8 @@ const PASSING: f64 = 1e-6;
 const MOST_JACOBIANS: usize = 2;
 /// Iterations after which a Jacobian that was updated is made anew.
 const PATIENCE: usize = 8;
-/// Differences relative to the motion and to the frequency, and to the unit of the key.
-const DIFFERENCE: [f64; 3] = [3e-6, 1e-7, 1e-6];
+/// Differences relative to the frequency, and to the unit of the key.
+const DIFFERENCE: [f64; 2] = [1e-7, 1e-6];
 
 impl<'a> Equations<'_, 'a> {
     /// Number of coefficients of the motion.
@@ -139,21 +139,14 @@ impl<'a> Equations<'_, 'a> {
         let conditions = self.family.at(key)?;
         let memory = self.memory.clone();
         let mut derivative = Mat::zeros(n, n + 2);
-        let mut set = |column: usize, found: &[f64], by: f64| {
-            (0..n).for_each(|i| derivative[(i, column)] = (found[i] - force[i]) / by);
-        };
         let mut balance = self.balance(&conditions, key)?;
-        let by = DIFFERENCE[0] * self.amplitude(u).max(1e-6);
-        let mut z = u[..n].to_vec();
-        for column in 0..n {
-            z[column] += by;
-            set(column, &balance.march(&z, omega, &memory)?.coefficients, by);
-            z[column] = u[column];
-        }
-        let by = DIFFERENCE[1] * u[n];
-        set(n, &balance.march(&z, omega + self.omega * by, &memory)?.coefficients, by);
+        let by_motion = balance.force_derivative(&u[..n], omega, &memory)?;
+        derivative.as_mut().subcols_mut(0, n).copy_from(&by_motion);
+        let by = DIFFERENCE[0] * u[n];
+        let found = balance.march(&u[..n], omega + self.omega * by, &memory)?.coefficients;
+        (0..n).for_each(|i| derivative[(i, n)] = (found[i] - force[i]) / by);
         drop(balance);
-        self.marches += n + 1;
+        self.marches += 2;
         let mut contact = ContactJacobian { u: u.to_vec(), force, derivative };
         self.key_derivative(&mut contact)?;
         Ok(contact)
@@ -169,7 +162,7 @@ impl<'a> Equations<'_, 'a> {
             return Ok(());
         }
         let force = self.march(&u)?.coefficients;
-        let by = DIFFERENCE[2];
+        let by = DIFFERENCE[1];
         // On the other side where the model does not hold on the first.
         let (by, beside) = match self.family.at(key + self.key[1] * by) {
             Ok(conditions) => (by, conditions),

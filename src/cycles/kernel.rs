@@ -1,19 +1,18 @@
 //! The contact of a cycle, linearised: forces on what acts at the contact under small changes of its motion.
 //!
 //! Changes in a period are combinations of a window: sequences of N samples that hold every motion up to some
-//! multiples of the frequency, periodic or not (D. Slepian, Bell Syst. Tech. J. 57 (1978)). Each is marched by the
-//! stepper's own laws; what the contact makes of it in its period and in those that follow, until it is forgotten,
-//! is the kernel. Its cost does not depend on the number of modes.
+//! multiples of the frequency, periodic or not (D. Slepian, Bell Syst. Tech. J. 57 (1978)). All are marched at once by
+//! the linearised steps of the stepper; what the contact makes of each in its period and in those that follow, until it
+//! is forgotten, is the kernel. Its cost does not depend on the number of modes.
 
 use super::balance::{state, Balance, ContactMemory, PeriodicSolution};
+use crate::transient::stepper::Changes;
 use crate::{Error, Result};
 use faer::{Mat, Side};
 use std::f64::consts::PI;
 
 type C = num_complex::Complex<f64>;
 
-/// Change of the motion, of that of the cycle.
-const CHANGE: f64 = 1e-6;
 /// Part of the square of a sequence that may lie outside the band where it is left out.
 const LEAK: f64 = 1e-10;
 
@@ -48,33 +47,27 @@ impl Balance<'_, '_> {
             (0..r).map(|i| harmonics.iter().enumerate().map(|(k, z)| (z[i] * turn(k)).re).sum()).collect()
         };
         let period: Vec<Vec<f64>> = (0..samples).map(sample).collect();
-        let size = harmonics.iter().skip(1).flatten().map(|z| z.norm_sqr()).sum::<f64>().sqrt();
-        let by = CHANGE * size.max(f64::MIN_POSITIVE);
         let steps = |count: usize| (0..=count).map(|n| period[n % samples].clone()).collect::<Vec<_>>();
         // The contact under this motion, which has all multiples.
         let settled = self.forces(&steps((delays + 1) * samples), &cycle.contact, h)?.1;
         // The first period is changed, the steps after it forget the change.
-        let mut motion = steps(samples + self.forgetting(&cycle.contact, h));
-        let (base, _) = self.forces(&motion, &settled, h)?;
+        let count = samples + self.forgetting(&cycle.contact, h);
+        self.prescribe(&steps(count), &settled, h)?;
+        let mut changes = Changes::of_motion(&self.stepper, Mat::zeros(r, r * d));
         let mut kernel = vec![Mat::zeros(r * d, r * d); delays + 1];
-        for i in 0..r {
-            for k in 0..d {
-                for n in 0..samples {
-                    motion[n + 1][i] = period[(n + 1) % samples][i] + by * window[(n, k)];
-                }
-                let (found, _) = self.forces(&motion, &settled, h)?;
-                for n in 0..samples {
-                    motion[n + 1][i] = period[(n + 1) % samples][i];
-                }
-                for (delay, to) in kernel.iter_mut().enumerate() {
-                    for n in 0..samples {
-                        let place = delay * samples + n;
-                        let (Some(found), Some(base)) = (found.get(place), base.get(place)) else { break };
-                        for (j, (now, before)) in found.iter().zip(base).enumerate() {
-                            let change = (now - before) / by;
-                            (0..d).for_each(|b| to[(j * d + b, i * d + k)] += window[(n, b)] * change);
-                        }
-                    }
+        for step in 0..count {
+            let (delay, n) = (step / samples, step % samples);
+            let end = |i: usize, column: usize| match delay == 0 && column / d == i {
+                true => window[(n, column % d)],
+                false => 0.0,
+            };
+            self.stepper.advance_with(&mut changes, Mat::from_fn(r, r * d, end).as_ref())?;
+            let force = changes.force();
+            for column in 0..r * d {
+                let to = kernel[delay].col_as_slice_mut(column);
+                for j in 0..r {
+                    let change = force[(j, column)];
+                    (0..d).for_each(|b| to[j * d + b] += window[(n, b)] * change);
                 }
             }
         }
@@ -102,17 +95,22 @@ impl Balance<'_, '_> {
         self.forgetting(memory, h).div_ceil(self.resolution.samples).max(1)
     }
 
-    /// Forces on what acts at the contact at the end of each step under `motion`, `[steps + 1][r]`, whose first sample
-    /// is the start; and the contact at the end.
-    fn forces(&mut self, motion: &[Vec<f64>], start: &ContactMemory, h: f64) -> Result<(Vec<Vec<f64>>, ContactMemory)> {
+    /// Lets the contact go on from `start` under `motion`, `[steps + 1][r]`, whose first sample is the start, in steps of
+    /// `h`, s.
+    fn prescribe(&mut self, motion: &[Vec<f64>], start: &ContactMemory, h: f64) -> Result<()> {
         {
             let mut course = self.course.borrow_mut();
             course.samples.clear();
             course.samples.extend_from_slice(motion);
             course.next = 1 % motion.len().max(1);
         }
-        let first = motion.first().cloned().unwrap_or_default();
-        self.stepper.restart(h, state(first, start))?;
+        self.stepper.restart(h, state(motion.first().cloned().unwrap_or_default(), start))
+    }
+
+    /// Forces on what acts at the contact at the end of each step under `motion`, `[steps + 1][r]`, whose first sample
+    /// is the start; and the contact at the end.
+    fn forces(&mut self, motion: &[Vec<f64>], start: &ContactMemory, h: f64) -> Result<(Vec<Vec<f64>>, ContactMemory)> {
+        self.prescribe(motion, start, h)?;
         let mut forces = Vec::with_capacity(motion.len());
         for _ in 1..motion.len() {
             self.stepper.advance()?;

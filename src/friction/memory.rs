@@ -123,6 +123,14 @@ impl FrictionLaw {
         before.own + a * (law - (before.own - (1.0 - b) * before.upstream) / b)
     }
 
+    /// Derivatives of [`Self::renewed`] by the coefficients at the node and upstream of it.
+    pub fn renewed_by_memory(&self, before: &Remembered, v: f64) -> [f64; 2] {
+        let Some(memory) = self.memory() else { return [0.0; 2] };
+        let r = memory.rate(v);
+        let part = lapsed(r * before.step) / lapsed(r * before.passage);
+        [1.0 - part, part * (1.0 - lapsed(r * before.passage))]
+    }
+
     /// Its derivative by `v`, s/m.
     pub fn renewed_slope(&self, before: &Remembered, v: f64) -> f64 {
         self.renewed_with_slope(before, v).1
@@ -200,6 +208,20 @@ mod tests {
     }
 
     const PASSAGES: [f64; 3] = [1e-4, 3e-5, f64::INFINITY];
+
+    /// A step is affine in what it remembers.
+    #[test]
+    fn the_parts_of_the_memory_make_the_step() {
+        for law in laws() {
+            for (v, passage) in [1e-4, 0.2, 3.0].into_iter().flat_map(|v| PASSAGES.map(|p| (v, p))) {
+                let before = |own, upstream| Remembered { own, upstream, step: 2e-5, passage };
+                let [own, upstream] = law.renewed_by_memory(&before(0.31, 0.38), v);
+                let got = law.renewed(&before(0.41, 0.36), v) - law.renewed(&before(0.31, 0.38), v);
+                let want = 0.1 * own - 0.02 * upstream;
+                assert!((got - want).abs() < 1e-13, "{law:?}, {v} m/s, {passage} s: {got} against {want}");
+            }
+        }
+    }
 
     #[test]
     fn the_slope_of_a_step_is_its_derivative() {

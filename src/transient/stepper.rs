@@ -1,6 +1,6 @@
 //! One step after the other.
 
-use faer::Mat;
+use faer::{Mat, MatRef};
 
 use super::aligned::padded_len;
 use super::border::Border;
@@ -22,6 +22,7 @@ use crate::{Error, Result};
 mod construction;
 mod energy_balance;
 mod integrated;
+mod linearised;
 mod remembered;
 mod roughness_gap;
 mod step_drive;
@@ -29,6 +30,7 @@ mod step_result;
 mod working_set;
 
 use integrated::Integrated;
+pub use linearised::Changes;
 use roughness_gap::RoughnessGap;
 use step_drive::StepDrive;
 pub use step_result::{ContactProblemView, Fields, PatchReport, StepReport};
@@ -234,11 +236,15 @@ impl<'a> Stepper<'a> {
 
     /// One step.
     pub fn advance(&mut self) -> Result<()> {
-        let (step, time) = (self.state.step + 1, self.time() + self.settings.scheme.step);
-        self.one().map_err(|e| e.context(format!("time step {step} (t = {time:.6e} s)")))
+        self.advance_changed(None)
     }
 
-    fn one(&mut self) -> Result<()> {
+    fn advance_changed(&mut self, changes: Option<(&mut Changes, MatRef<'_, f64>)>) -> Result<()> {
+        let (step, time) = (self.state.step + 1, self.time() + self.settings.scheme.step);
+        self.one(changes).map_err(|e| e.context(format!("time step {step} (t = {time:.6e} s)")))
+    }
+
+    fn one(&mut self, changes: Option<(&mut Changes, MatRef<'_, f64>)>) -> Result<()> {
         let (h, theta) = (self.settings.scheme.step, self.settings.scheme.theta);
         let rank = self.shapes.rank();
         let t = self.time();
@@ -375,6 +381,9 @@ impl<'a> Stepper<'a> {
             core.append(&mut entering);
             self.gather(core)?;
         };
+        if let Some(changes) = changes {
+            self.change(changes, &drive, &end)?;
+        }
         self.finish_step(end, effort);
         self.shrink()
     }

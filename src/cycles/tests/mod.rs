@@ -14,6 +14,7 @@ use faer::Mat;
 use std::f64::consts::PI;
 
 mod belt;
+mod rolling;
 
 const OMEGA: f64 = 2.0 * PI * 100.0;
 /// Normal force, N, and compliance, m/N.

@@ -88,6 +88,14 @@ impl StepDrive {
         motions
     }
 
+    /// The rigid motion that the shift of border `k` is minus of; none of a creep.
+    pub(super) fn motion_of(&self, k: usize) -> Option<usize> {
+        match self.unknown[k] {
+            Unknown::Motion(j) => Some(j),
+            Unknown::Creep(_) => None,
+        }
+    }
+
     /// Tangential shifts found, m; 0 where the creep is prescribed.
     pub(super) fn tangential(&self, shift: &[f64]) -> [f64; 2] {
         let mut along = [0.0; 2];

@@ -104,40 +104,73 @@ impl Stepper<'_> {
     pub(super) fn foot_value(&self, a: usize) -> [f64; 2] {
         let ws = &self.working;
         let u = |place: usize| [ws.u[3 * place], ws.u[3 * place + 1]];
-        let sum = |near: [usize; 3], part: [f64; 3]| {
-            let [a, b, c] = near.map(u);
-            [part[0] * a[0] + part[1] * b[0] + part[2] * c[0], part[0] * a[1] + part[1] * b[1] + part[2] * c[1]]
-        };
+        if let Way::Node(place) = ws.ways[a] {
+            return u(place);
+        }
+        let (near, part) = self.foot_stencil(a);
+        let [a, b, c] = near.map(u);
+        [part[0] * a[0] + part[1] * b[0] + part[2] * c[0], part[0] * a[1] + part[1] * b[1] + part[2] * c[1]]
+    }
+
+    /// Places in the working set whose displacements make the one at the departure point of core node `a`, and their
+    /// parts in it.
+    pub(super) fn foot_stencil(&self, a: usize) -> ([usize; 3], [f64; 3]) {
+        let ws = &self.working;
         let (near, inside) = match ws.ways[a] {
-            Way::Node(place) => return u(place),
-            Way::First([after, before], part) => return sum([after, before, before], [part[0], part[1], 0.0]),
+            Way::Node(place) => return ([place; 3], [1.0, 0.0, 0.0]),
+            Way::First([after, before], part) => return ([after, before, before], [part[0], part[1], 0.0]),
             Way::Between(near, inside) => (near, inside),
         };
         // Where the contact is closed at the nodes beside the foot and upstream of it; as in the steady analysis.
         let closed = near.map(|place| self.is_closed(ws.nodes[place]));
         if closed == [true; 3] {
-            return sum(near, inside);
+            return (near, inside);
         }
-        sum(near, self.course_at_an_edge(a, near, closed))
+        let Some((course, travel, h)) = self.course_at_an_edge(a, near, closed) else { return (near, [0.0; 3]) };
+        (near, course.value(travel, h))
     }
 
-    /// Weights of the nodes `near` the departure point of core node `a` where not all of them are `closed`.
-    fn course_at_an_edge(&self, a: usize, near: [usize; 3], closed: [bool; 3]) -> [f64; 3] {
+    /// The course of the displacement from core node `a` on to the nodes `near` its departure point where not all of
+    /// them are `closed`, with the way of the point and the distances of the nodes, m.
+    fn course_at_an_edge(
+        &self,
+        a: usize,
+        near: [usize; 3],
+        closed: [bool; 3],
+    ) -> Option<(UpwindReconstruction, f64, [f64; 2])> {
         let ws = &self.working;
-        let (line, DeparturePoint::Between { left, travel }) = ws.feet[a] else { return [0.0; 3] };
+        let (line, DeparturePoint::Between { left, travel }) = ws.feet[a] else { return None };
         let h = upstream(&self.model.interface.place(ws.nodes[a]).0.x, left);
         let known = self.impact == Impact::Compliant || self.massive;
         let own = line + left + 1 == ws.nodes[a] && known;
         let course = match closed {
             // Only at its own node the gaps of the edge are known.
             [true, false, false] if !own => UpwindReconstruction::Line,
-            _ => UpwindReconstruction::new(h, closed, || {
-                let gap = |k: usize| self.passing.before[ws.nodes[near[k]]];
-                let approach = self.settings.drive.approaches(&self.state.motions)[ws.patch_of(a)];
-                [1, 2].map(|k| gap(k) - approach + ws.u[3 * near[k] + 2])
-            }),
+            _ => UpwindReconstruction::new(h, closed, || self.gaps_ahead(a, near)),
         };
-        course.value(travel, h)
+        Some((course, travel, h))
+    }
+
+    /// Gaps before the step at the two nodes upstream of core node `a`, m.
+    fn gaps_ahead(&self, a: usize, near: [usize; 3]) -> [f64; 2] {
+        let ws = &self.working;
+        let approach = self.settings.drive.approaches(&self.state.motions)[ws.patch_of(a)];
+        [1, 2].map(|k| self.passing.before[ws.nodes[near[k]]] - approach + ws.u[3 * near[k] + 2])
+    }
+
+    /// How the displacement (x, y) at the departure point of core node `a` changes with the gaps ahead of it: their
+    /// places and the derivatives; none where it does not.
+    pub(super) fn foot_by_gap(&self, a: usize) -> Option<[(usize, [f64; 2]); 2]> {
+        let ws = &self.working;
+        let Way::Between(near, _) = ws.ways[a] else { return None };
+        let closed = near.map(|place| self.is_closed(ws.nodes[place]));
+        if closed != [true, false, false] {
+            return None;
+        }
+        let (course, travel, h) = self.course_at_an_edge(a, near, closed)?;
+        let change = course.value_by_gap(travel, h, self.gaps_ahead(a, near))?;
+        let sum = |part: [f64; 3], c: usize| (0..3).map(|k| part[k] * ws.u[3 * near[k] + c]).sum::<f64>();
+        Some([0, 1].map(|k| (near[k + 1], [0, 1].map(|c| sum(change[k], c)))))
     }
 
     /// Nodes outside the core that the solution presses into each other; those outside the working set are looked at
