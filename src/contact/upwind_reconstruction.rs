@@ -152,7 +152,7 @@ mod tests {
         }
     }
 
-    /// Where the edge lies between the open nodes, and where it lies at the first of them.
+    /// An edge between the open nodes, and one at the first of them.
     #[test]
     fn the_value_changes_with_the_gaps_as_differences_do() {
         let (h, by) = ([0.7, 1.8], 1e-6);

@@ -5,7 +5,7 @@ use super::prescribed::{Prescribed, PrescribedMotion};
 use super::receptance::{discrete, harmonic};
 use crate::grid::Interface;
 use crate::transient::low_rank_modes::factors;
-use crate::transient::stepper::{Changes, Settings, State, Stepper};
+use crate::transient::stepper::{Settings, State, StateChanges, Stepper};
 use crate::transient::{Energy, Model, Scheme};
 use crate::{Error, Result};
 use faer::linalg::solvers::SolveLstsq;
@@ -367,7 +367,7 @@ impl<'a, 's> Balance<'a, 's> {
             let all = functions(n);
             Mat::from_fn(r, size, |i, column| if column % r == i { unit * all[column / r] } else { 0.0 })
         };
-        let mut changes = Changes::of_motion(&self.stepper, motion(start));
+        let mut changes = StateChanges::of_motion(&self.stepper, motion(start));
         let mut derivative = Mat::<f64>::zeros(size, size);
         for step in 1..=before + samples {
             let n = (start + step) % samples;

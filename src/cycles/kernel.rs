@@ -6,7 +6,7 @@
 //! is forgotten, is the kernel. Its cost does not depend on the number of modes.
 
 use super::balance::{state, Balance, ContactMemory, PeriodicSolution};
-use crate::transient::stepper::Changes;
+use crate::transient::stepper::StateChanges;
 use crate::{Error, Result};
 use faer::{Mat, Side};
 use std::f64::consts::PI;
@@ -53,7 +53,7 @@ impl Balance<'_, '_> {
         // The first period is changed, the steps after it forget the change.
         let count = samples + self.forgetting(&cycle.contact, h);
         self.prescribe(&steps(count), &settled, h)?;
-        let mut changes = Changes::of_motion(&self.stepper, Mat::zeros(r, r * d));
+        let mut changes = StateChanges::of_motion(&self.stepper, Mat::zeros(r, r * d));
         let mut kernel = vec![Mat::zeros(r * d, r * d); delays + 1];
         for step in 0..count {
             let (delay, n) = (step / samples, step % samples);
@@ -95,7 +95,7 @@ impl Balance<'_, '_> {
         self.forgetting(memory, h).div_ceil(self.resolution.samples).max(1)
     }
 
-    /// Lets the contact go on from `start` under `motion`, `[steps + 1][r]`, whose first sample is the start, in steps of
+    /// Lets the contact go on from `start` under `motion`, `[steps + 1][r]`, which begins with the start, in steps of
     /// `h`, s.
     fn prescribe(&mut self, motion: &[Vec<f64>], start: &ContactMemory, h: f64) -> Result<()> {
         {
