@@ -37,7 +37,7 @@ pub(crate) mod trace;
 
 pub use contact_spec::ContactSpec;
 pub use convolution::Convolution;
-pub use modal::ModalMatrix;
+pub use modal::{ModalBlock, ModalMatrix};
 pub use mode_label::ModeLabel;
 pub use trace::{Side, Trace};
 

@@ -12,7 +12,94 @@ pub enum ModalMatrix {
     /// The diagonal, `[m]`.
     Diagonal(Vec<f64>),
     /// Square blocks along the diagonal, one for each body.
-    Blocks(Vec<Mat<f64>>),
+    Blocks(Vec<ModalBlock>),
+}
+
+/// The block of a body: the modes of a rail do not couple although those of a wheel that rotates do.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ModalBlock {
+    /// The diagonal, `[m]`.
+    Diagonal(Vec<f64>),
+    /// `[m, m]`.
+    Full(Mat<f64>),
+}
+
+impl ModalBlock {
+    /// Number of modes.
+    pub fn order(&self) -> usize {
+        match self {
+            Self::Diagonal(d) => d.len(),
+            Self::Full(a) => a.nrows(),
+        }
+    }
+
+    /// Entry (i, j).
+    pub fn get(&self, i: usize, j: usize) -> f64 {
+        match self {
+            Self::Diagonal(d) if i == j => d[i],
+            Self::Diagonal(_) => 0.0,
+            Self::Full(a) => a[(i, j)],
+        }
+    }
+
+    /// Every entry, `[m, m]`.
+    pub fn full(&self) -> Mat<f64> {
+        match self {
+            Self::Diagonal(d) => Mat::from_fn(d.len(), d.len(), |i, j| if i == j { d[i] } else { 0.0 }),
+            Self::Full(a) => a.clone(),
+        }
+    }
+
+    /// Square of the Frobenius norm.
+    pub fn square(&self) -> f64 {
+        match self {
+            Self::Diagonal(d) => d.iter().map(|v| v * v).sum(),
+            Self::Full(a) => a.squared_norm_l2(),
+        }
+    }
+
+    fn scaled(&self, factor: f64) -> Self {
+        match self {
+            Self::Diagonal(d) => Self::Diagonal(d.iter().map(|v| factor * v).collect()),
+            Self::Full(a) => Self::Full(faer::Scale(factor) * a),
+        }
+    }
+
+    fn transposed(&self) -> Self {
+        match self {
+            Self::Diagonal(d) => Self::Diagonal(d.clone()),
+            Self::Full(a) => Self::Full(a.transpose().to_owned()),
+        }
+    }
+
+    fn add_diagonal(&mut self, diagonal: &[f64]) {
+        match self {
+            Self::Diagonal(own) => own.iter_mut().zip(diagonal).for_each(|(o, d)| *o += d),
+            Self::Full(a) => diagonal.iter().enumerate().for_each(|(i, d)| a[(i, i)] += d),
+        }
+    }
+
+    /// See [`ModalMatrix::statics`].
+    fn statics(&self, forces: MatRef<'_, f64>) -> Mat<f64> {
+        let b = match self {
+            Self::Diagonal(d) => {
+                let at = |i: usize, j: usize| if d[i] > 0.0 { forces[(i, j)] / d[i] } else { 0.0 };
+                return Mat::from_fn(forces.nrows(), forces.ncols(), at);
+            }
+            Self::Full(b) => b,
+        };
+        let mut out = Mat::zeros(forces.nrows(), forces.ncols());
+        let largest = b.norm_max();
+        let stiff: Vec<usize> =
+            (0..b.nrows()).filter(|&i| b.row(i).norm_max().max(b.col(i).norm_max()) > 1e-14 * largest).collect();
+        let k = Mat::from_fn(stiff.len(), stiff.len(), |i, j| b[(stiff[i], stiff[j])]);
+        let f = Mat::from_fn(stiff.len(), forces.ncols(), |i, j| forces[(stiff[i], j)]);
+        let q = k.partial_piv_lu().solve(&f);
+        for (i, &row) in stiff.iter().enumerate() {
+            (0..forces.ncols()).for_each(|j| out[(row, j)] = q[(i, j)]);
+        }
+        out
+    }
 }
 
 impl From<Vec<f64>> for ModalMatrix {
@@ -23,7 +110,7 @@ impl From<Vec<f64>> for ModalMatrix {
 
 impl From<Mat<f64>> for ModalMatrix {
     fn from(block: Mat<f64>) -> Self {
-        ModalMatrix::Blocks(vec![block])
+        ModalMatrix::Blocks(vec![ModalBlock::Full(block)])
     }
 }
 
@@ -37,14 +124,14 @@ impl ModalMatrix {
     pub fn order(&self) -> usize {
         match self {
             ModalMatrix::Diagonal(d) => d.len(),
-            ModalMatrix::Blocks(blocks) => blocks.iter().map(Mat::nrows).sum(),
+            ModalMatrix::Blocks(blocks) => blocks.iter().map(ModalBlock::order).sum(),
         }
     }
 
     /// The blocks, a diagonal being one of them.
-    pub fn blocks(&self) -> Vec<Mat<f64>> {
+    pub fn blocks(&self) -> Vec<ModalBlock> {
         match self {
-            ModalMatrix::Diagonal(d) => vec![Mat::from_fn(d.len(), d.len(), |i, j| if i == j { d[i] } else { 0.0 })],
+            ModalMatrix::Diagonal(d) => vec![ModalBlock::Diagonal(d.clone())],
             ModalMatrix::Blocks(blocks) => blocks.clone(),
         }
     }
@@ -61,9 +148,7 @@ impl ModalMatrix {
     pub fn scaled(&self, factor: f64) -> Self {
         match self {
             ModalMatrix::Diagonal(d) => ModalMatrix::Diagonal(d.iter().map(|v| factor * v).collect()),
-            ModalMatrix::Blocks(blocks) => {
-                ModalMatrix::Blocks(blocks.iter().map(|b| faer::Scale(factor) * b).collect())
-            }
+            ModalMatrix::Blocks(blocks) => ModalMatrix::Blocks(blocks.iter().map(|b| b.scaled(factor)).collect()),
         }
     }
 
@@ -72,9 +157,11 @@ impl ModalMatrix {
         match &mut self {
             ModalMatrix::Diagonal(own) => own.iter_mut().zip(diagonal).for_each(|(o, d)| *o += d),
             ModalMatrix::Blocks(blocks) => {
-                let mut rest = diagonal.iter();
+                let mut rest = diagonal;
                 for b in blocks {
-                    (0..b.nrows()).zip(&mut rest).for_each(|(i, d)| b[(i, i)] += d);
+                    let (own, others) = rest.split_at(b.order().min(rest.len()));
+                    b.add_diagonal(own);
+                    rest = others;
                 }
             }
         }
@@ -85,9 +172,7 @@ impl ModalMatrix {
     pub fn transposed(&self) -> Self {
         match self {
             ModalMatrix::Diagonal(d) => ModalMatrix::Diagonal(d.clone()),
-            ModalMatrix::Blocks(blocks) => {
-                ModalMatrix::Blocks(blocks.iter().map(|b| b.transpose().to_owned()).collect())
-            }
+            ModalMatrix::Blocks(blocks) => ModalMatrix::Blocks(blocks.iter().map(ModalBlock::transposed).collect()),
         }
     }
 
@@ -104,9 +189,9 @@ impl ModalMatrix {
             ModalMatrix::Blocks(blocks) => {
                 let mut first = 0;
                 for b in blocks {
-                    let end = first + b.nrows();
+                    let end = first + b.order();
                     if i < end && j < end {
-                        return if i >= first && j >= first { b[(i - first, j - first)] } else { 0.0 };
+                        return if i >= first && j >= first { b.get(i - first, j - first) } else { 0.0 };
                     }
                     first = end;
                 }
@@ -121,11 +206,30 @@ impl ModalMatrix {
         let mut all = Mat::zeros(m, m);
         let mut first = 0;
         for b in self.blocks() {
-            let n = b.nrows();
-            all.as_mut().submatrix_mut(first, first, n, n).copy_from(&b);
+            let n = b.order();
+            all.as_mut().submatrix_mut(first, first, n, n).copy_from(&b.full());
             first += n;
         }
         all
+    }
+
+    /// True if the modes from `first` to before `end` couple with no other one.
+    pub fn is_diagonal(&self, first: usize, end: usize) -> bool {
+        let ModalMatrix::Blocks(blocks) = self else { return true };
+        let mut at = 0;
+        blocks.iter().all(|b| {
+            let own = at..at + b.order();
+            at = own.end;
+            own.end <= first || end <= own.start || matches!(b, ModalBlock::Diagonal(_))
+        })
+    }
+
+    /// Square of the Frobenius norm.
+    pub fn square(&self) -> f64 {
+        match self {
+            ModalMatrix::Diagonal(d) => d.iter().map(|v| v * v).sum(),
+            ModalMatrix::Blocks(blocks) => blocks.iter().map(ModalBlock::square).sum(),
+        }
     }
 
     /// A x of real or complex amplitudes, `[m]`.
@@ -141,9 +245,15 @@ impl ModalMatrix {
         let mut out = vec![T::default(); x.len()];
         let mut first = 0;
         for b in blocks {
-            let span = first..first + b.nrows();
-            for (column, &x) in b.col_iter().zip(&x[span.clone()]) {
-                out[span.clone()].iter_mut().zip(column.iter()).for_each(|(o, a)| *o += *a * x);
+            let span = first..first + b.order();
+            let (into, of) = (&mut out[span.clone()], &x[span.clone()]);
+            match b {
+                ModalBlock::Diagonal(d) => into.iter_mut().zip(d.iter().zip(of)).for_each(|(o, (d, x))| *o += *d * *x),
+                ModalBlock::Full(a) => {
+                    for (column, &x) in a.col_iter().zip(of) {
+                        into.iter_mut().zip(column.iter()).for_each(|(o, a)| *o += *a * x);
+                    }
+                }
             }
             first = span.end;
         }
@@ -159,8 +269,13 @@ impl ModalMatrix {
         let mut out = Mat::zeros(x.nrows(), x.ncols());
         let mut first = 0;
         for b in blocks {
-            out.as_mut().subrows_mut(first, b.nrows()).copy_from(b * x.subrows(first, b.nrows()));
-            first += b.nrows();
+            let own = x.subrows(first, b.order());
+            let product = match b {
+                ModalBlock::Diagonal(d) => Mat::from_fn(d.len(), x.ncols(), |i, j| d[i] * own[(i, j)]),
+                ModalBlock::Full(a) => a * own,
+            };
+            out.as_mut().subrows_mut(first, b.order()).copy_from(product);
+            first += b.order();
         }
         out
     }
@@ -175,10 +290,15 @@ impl ModalMatrix {
         let ModalMatrix::Blocks(blocks) = self else { return 0.0 };
         let (mut largest, mut apart) = (0.0f64, 0.0f64);
         for b in blocks {
-            for j in 0..b.ncols() {
-                for i in 0..b.nrows() {
-                    largest = largest.max(b[(i, j)].abs());
-                    apart = apart.max((b[(i, j)] - b[(j, i)]).abs());
+            match b {
+                ModalBlock::Diagonal(d) => largest = d.iter().fold(largest, |l, v| l.max(v.abs())),
+                ModalBlock::Full(b) => {
+                    for j in 0..b.ncols() {
+                        for i in 0..b.nrows() {
+                            largest = largest.max(b[(i, j)].abs());
+                            apart = apart.max((b[(i, j)] - b[(j, i)]).abs());
+                        }
+                    }
                 }
             }
         }
@@ -189,61 +309,65 @@ impl ModalMatrix {
         }
     }
 
-    /// Every entry that is kept, block by block.
+    /// Every entry of the diagonal, or of each block with its zeros, block by block.
     pub fn values(&self) -> Vec<f64> {
+        let full = |b: &ModalBlock| {
+            let all = b.full();
+            all.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()).collect::<Vec<f64>>()
+        };
         match self {
             ModalMatrix::Diagonal(d) => d.clone(),
-            ModalMatrix::Blocks(blocks) => {
-                blocks.iter().flat_map(|b| b.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>())).collect()
-            }
+            ModalMatrix::Blocks(blocks) => blocks.iter().flat_map(full).collect(),
         }
     }
 
     /// Collective: the matrix of rank 0 on every rank.
     pub fn broadcast(world: &World, root: Option<&Self>) -> Self {
-        // Orders of the blocks; none for a diagonal.
+        // Orders of the blocks, each with 1 where it is a diagonal; none for a diagonal.
         let orders = root.map_or(Vec::new(), |m| match m {
             ModalMatrix::Diagonal(_) => Vec::new(),
-            ModalMatrix::Blocks(blocks) => blocks.iter().map(|b| b.nrows() as u64).collect(),
+            ModalMatrix::Blocks(blocks) => {
+                let of = |b: &ModalBlock| [b.order() as u64, u64::from(matches!(b, ModalBlock::Diagonal(_)))];
+                blocks.iter().flat_map(of).collect()
+            }
         });
         let orders = world.broadcast(orders);
-        let values = world.broadcast(root.map_or(Vec::new(), Self::values));
+        let kept = |m: &Self| match m {
+            ModalMatrix::Diagonal(d) => d.clone(),
+            ModalMatrix::Blocks(blocks) => {
+                let of = |b: &ModalBlock| match b {
+                    ModalBlock::Diagonal(d) => d.clone(),
+                    ModalBlock::Full(a) => a.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<f64>>()).collect(),
+                };
+                blocks.iter().flat_map(of).collect()
+            }
+        };
+        let values = world.broadcast(root.map_or(Vec::new(), kept));
         if orders.is_empty() {
             return ModalMatrix::Diagonal(values);
         }
         let mut rest = &values[..];
-        let block = |n: u64| {
-            let n = n as usize;
-            let (mine, others) = rest.split_at(n * n);
+        let block = |of: &[u64]| {
+            let (n, diagonal) = (of[0] as usize, of[1] == 1);
+            let (mine, others) = rest.split_at(if diagonal { n } else { n * n });
             rest = others;
-            Mat::from_fn(n, n, |i, j| mine[i + n * j])
+            match diagonal {
+                true => ModalBlock::Diagonal(mine.to_vec()),
+                false => ModalBlock::Full(Mat::from_fn(n, n, |i, j| mine[i + n * j])),
+            }
         };
-        ModalMatrix::Blocks(orders.into_iter().map(block).collect())
+        ModalMatrix::Blocks(orders.chunks_exact(2).map(block).collect())
     }
 
     /// The static amplitudes K⁻¹ f under modal forces, columns of `[m, k]`, with this matrix as stiffness. Modes
     /// without stiffness stay at 0.
     pub fn statics(&self, forces: MatRef<'_, f64>) -> Mat<f64> {
-        let blocks = match self {
-            ModalMatrix::Diagonal(d) => {
-                let at = |i: usize, j: usize| if d[i] > 0.0 { forces[(i, j)] / d[i] } else { 0.0 };
-                return Mat::from_fn(forces.nrows(), forces.ncols(), at);
-            }
-            ModalMatrix::Blocks(blocks) => blocks,
-        };
         let mut out = Mat::zeros(forces.nrows(), forces.ncols());
         let mut first = 0;
-        for b in blocks {
-            let largest = b.norm_max();
-            let stiff: Vec<usize> =
-                (0..b.nrows()).filter(|&i| b.row(i).norm_max().max(b.col(i).norm_max()) > 1e-14 * largest).collect();
-            let k = Mat::from_fn(stiff.len(), stiff.len(), |i, j| b[(stiff[i], stiff[j])]);
-            let f = Mat::from_fn(stiff.len(), forces.ncols(), |i, j| forces[(first + stiff[i], j)]);
-            let q = k.partial_piv_lu().solve(&f);
-            for (i, &row) in stiff.iter().enumerate() {
-                (0..forces.ncols()).for_each(|j| out[(first + row, j)] = q[(i, j)]);
-            }
-            first += b.nrows();
+        for b in self.blocks() {
+            let own = b.statics(forces.subrows(first, b.order()));
+            out.as_mut().subrows_mut(first, b.order()).copy_from(own);
+            first += b.order();
         }
         out
     }

@@ -60,7 +60,7 @@ impl RotationTerms {
 
     /// C D′, 1/s²: the part of the stiffness that stores nothing.
     pub fn stiffness(&self) -> Option<ModalMatrix> {
-        self.derivative.as_ref().map(|d| ModalMatrix::Blocks(vec![self.dissipation.full() * d.full()]))
+        self.derivative.as_ref().map(|d| ModalMatrix::from(self.dissipation.full() * d.full()))
     }
 
     /// Rotation terms of two bodies together, each given with its damping; none where both are at rest.
@@ -69,7 +69,7 @@ impl RotationTerms {
         let [a, b] = [lower, upper].map(|(t, damping)| t.cloned().unwrap_or_else(|| Self::none(damping.clone())));
         let derivative = |t: &Self| {
             let m = t.dissipation.order();
-            t.derivative.clone().unwrap_or_else(|| Mat::zeros(m, m).into())
+            t.derivative.clone().unwrap_or_else(|| vec![0.0; m].into())
         };
         Some(Self {
             derivative: Some(derivative(&a).joined(&derivative(&b))),

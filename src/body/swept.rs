@@ -17,7 +17,8 @@ use crate::fem::Material;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, contact_functions, limit_of, of_order};
 use crate::swept::{
-    turned, Attachment, ContactModeData, EdgeSprings, Forms, LineLoad, Prestress, SectionSource, LOADS,
+    turned, Attachment, ContactModeData, EdgeSprings, Forms, HalfSections, LineLoad, Modes, Prestress, SectionSource,
+    LOADS,
 };
 use crate::swept::{Bearing, DisplayMesh, Mirror, Outline, OutlineModes, PictureModes, RunningPlace, SectionContact};
 use crate::{Error, Result};
@@ -197,15 +198,16 @@ impl<'w> Swept<'w> {
         self.forms.section.inertia(self.forms.material)
     }
 
-    /// Collective: number of modes below ω = `limit`, rad/s.
-    fn below(&self, limit: f64) -> Result<usize> {
+    /// Collective: number of modes below ω = `limit`, rad/s, by the `halves` of the section where these are symmetric.
+    fn below(&self, limit: f64, halves: Option<&HalfSections>) -> Result<usize> {
         let world = self.world;
         let all = by_orders(
             world.size,
             |found: &usize| *found,
             |orders| {
                 let n = orders[world.rank];
-                let mine = world.agree(below(&self.forms, n, limit))?;
+                let mine = halves.map_or_else(|| below(&self.forms, n, limit), |halves| halves.below(n, limit));
+                let mine = world.agree(mine)?;
                 let all = world.all_gather(&[(ContactModeData::families(n) * mine) as u64]);
                 Ok(all.into_iter().map(|found| found as usize).collect())
             },
@@ -213,8 +215,26 @@ impl<'w> Swept<'w> {
         Ok(all.iter().sum())
     }
 
+    /// The modes of an order up to ω = `limit`, rad/s, with the parity of each where the section is symmetric: one by
+    /// one half where the supports are symmetric as well.
+    fn of_order(&self, n: usize, limit: f64, halves: Option<&HalfSections>) -> Result<(Modes, Option<Vec<f64>>)> {
+        if let Some(halves) = halves {
+            let (modes, parity) = halves.of_order(&self.forms, n, limit)?;
+            return Ok((modes, Some(parity)));
+        }
+        let mut modes = of_order(&self.forms, n, limit)?;
+        let parity = self.mirror.as_ref().map(|mirror| mirror.separate(&self.forms, &mut modes));
+        Ok((modes, parity))
+    }
+
     /// Collective: what contact and rotation see of all modes up to ω = `limit`, rad/s.
-    fn up_to(&self, limit: f64, prestress: Option<&Prestress>, steps: &mut ProgressFn) -> Result<Vec<ContactModeData>> {
+    fn up_to(
+        &self,
+        limit: f64,
+        halves: Option<&HalfSections>,
+        prestress: Option<&Prestress>,
+        steps: &mut ProgressFn,
+    ) -> Result<Vec<ContactModeData>> {
         let (world, forms) = (self.world, &self.forms);
         let contacts = self.contacts();
         let size = |seen: &ContactModeData| seen.omega.len();
@@ -224,15 +244,14 @@ impl<'w> Swept<'w> {
             steps(found, 0);
             let loads = self.loads(&contacts, n);
             let nodes = self.outline.as_ref().map_or(&[][..], |o| &o.outline.nodes);
-            let seen = |mut modes| {
-                let parity = self.mirror.as_ref().map(|mirror| mirror.separate(forms, &mut modes));
+            let seen = |(modes, parity)| {
                 let seen = ContactModeData::new(forms, &modes, &loads, prestress).with_outline(forms, &modes, nodes);
                 match parity {
                     Some(parity) => seen.with_parity(parity),
                     None => seen,
                 }
             };
-            let mine = of_order(forms, n, limit).map(seen);
+            let mine = self.of_order(n, limit, halves).map(seen);
             let all = ContactModeData::from_numbers(&world.all_gather(&world.agree(mine)?.to_numbers()))?;
             found += all.iter().map(ContactModeData::count).sum::<usize>();
             Ok(all)
@@ -263,7 +282,9 @@ impl Swept<'_> {
     /// Collective: the modes up to `extent`, and how many of them are kept.
     fn anew(&self, extent: Extent, steps: &mut ProgressFn) -> Result<(Vec<ContactModeData>, usize)> {
         let prestress = if self.rotates { Some(self.forms.centrifugal()?) } else { None };
-        let mut up_to = |limit: f64| self.up_to(limit, prestress.as_ref(), steps);
+        let halves = self.mirror.as_ref().and_then(|mirror| HalfSections::new(&self.forms, mirror));
+        let halves = halves.as_ref();
+        let mut up_to = |limit: f64| self.up_to(limit, halves, prestress.as_ref(), steps);
         match extent {
             Extent::MaxFrequency(f) => {
                 let all = up_to(2.0 * PI * f)?;
@@ -273,7 +294,7 @@ impl Swept<'_> {
             Extent::Count(count) => {
                 let mut wanted = count + BEYOND;
                 loop {
-                    let limit = limit_of(&self.forms, wanted, |limit| self.below(limit))?;
+                    let limit = limit_of(&self.forms, wanted, |limit| self.below(limit, halves))?;
                     let all = up_to(limit)?;
                     let omega: Vec<f64> = members(&all).iter().map(Member::omega).collect();
                     if let Some(keep) = clusters::cut(&omega, count) {

@@ -57,6 +57,7 @@ impl SharedModel {
             // Of several contacts the matrix alone.
             convolution: if convolutions.len() == 1 { convolutions.pop() } else { None },
             modes: &pi * &seen,
+            functions: None,
             stiffness: ModalMatrix::squares(&omega),
             damping: vec![0.0; omega.len()].into(),
             turning: None,

@@ -19,10 +19,10 @@ use faer::Mat;
 
 pub use crate::body::convolution::Product;
 pub use crate::body::rotation::{ModalRotation, RotationTerms};
-pub use crate::body::{Convolution, ModalMatrix, ModeLabel, TraceModes};
+pub use crate::body::{Convolution, ModalBlock, ModalMatrix, ModeLabel, TraceModes};
 pub use damping::{damping, IntrinsicDamping};
 pub use measured::{measure, shifts};
-pub use pair::{combined_compliance, CoupledModel};
+pub use pair::{combined_compliance, CoupledModel, ModeFactors};
 pub use placed::PlacedModel;
 pub use receptance::receptance;
 use rotating::Dynamics;

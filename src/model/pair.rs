@@ -23,6 +23,8 @@ pub struct CoupledModel {
     pub residual: Mat<f64>,
     /// Ψ = [Φ1, E Φ2], 1/√kg, `[3n, m1 + m2]`.
     pub modes: Mat<f64>,
+    /// Factors of Ψ, where it was made from them.
+    pub functions: Option<ModeFactors>,
     /// Angular frequencies, rad/s, `[m1 + m2]`: the lower body's, then the upper one's.
     pub omega: Vec<f64>,
     /// Modal stiffness, 1/s², in the same order; that of bodies that rotate included.
@@ -37,6 +39,15 @@ pub struct CoupledModel {
     pub names: [Vec<ModeLabel>; 2],
     /// Highest frequency up to which the modes of both bodies are known, Hz.
     pub reach: f64,
+}
+
+/// Modes by the few functions of which they consist over a contact, Ψ = Π ψ̂.
+#[derive(Debug, Clone)]
+pub struct ModeFactors {
+    /// Π, the functions at the contact rows, `[3n, r]`.
+    pub functions: Mat<f64>,
+    /// ψ̂, their amplitudes in each mode, `[r, m1 + m2]`.
+    pub amplitudes: Mat<f64>,
 }
 
 impl CoupledModel {
@@ -85,6 +96,7 @@ impl CoupledModel {
             convolution: None,
             residual,
             modes,
+            functions: None,
             omega,
             stiffness,
             damping,
@@ -158,7 +170,7 @@ impl CoupledModel {
             Side::Lower => 0..self.lower_modes,
             Side::Upper => self.lower_modes..self.omega.len(),
         };
-        let mut moved = self.clone();
+        let mut moved = Self { functions: None, ..self.clone() };
         for k in columns {
             for row in 0..self.modes.nrows() {
                 moved.modes[(row, k)] += distance * gradient(row, k);
@@ -179,6 +191,7 @@ impl CoupledModel {
             })),
             residual: broadcast(world, root.map(|p| &p.residual)),
             modes: broadcast(world, root.map(|p| &p.modes)),
+            functions: None,
             omega: list(&|p| p.omega.clone()),
             stiffness: ModalMatrix::broadcast(world, root.map(|p| &p.stiffness)),
             damping: ModalMatrix::broadcast(world, root.map(|p| &p.damping)),

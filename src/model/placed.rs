@@ -2,6 +2,7 @@
 //! linearised contact asks for.
 
 use super::low_rank_compliance::Joined;
+use super::pair::ModeFactors;
 use super::{adapt, CoupledModel, SharedModel};
 use crate::body::hybrid::{add_functions, expansion, Compact, Lines};
 use crate::body::Convolution;
@@ -39,6 +40,7 @@ impl SharedModel {
             convolution: Some(both),
             residual: Mat::zeros(0, 0),
             modes: Mat::zeros(0, own.omega.len()),
+            functions: None,
             omega: own.omega.clone(),
             stiffness: own.stiffness.clone(),
             damping: own.damping.clone(),
@@ -73,6 +75,7 @@ impl PlacedModel {
         }
         add_functions(&mut residual, &pi, self.contact.beside.as_ref());
         let modes = &pi * &self.contact.seen;
-        Ok(CoupledModel { residual, modes, convolution: None, ..self.rolling.clone() })
+        let functions = Some(ModeFactors { functions: pi, amplitudes: self.contact.seen.clone() });
+        Ok(CoupledModel { residual, modes, functions, convolution: None, ..self.rolling.clone() })
     }
 }

@@ -29,7 +29,7 @@ use num_complex::Complex;
 use small::Lu;
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::rc::Rc;
-use terms::Charges;
+use terms::{Charges, Quotient};
 
 mod condensed;
 mod continued;
@@ -363,13 +363,13 @@ impl Secular {
             let k = self.contact.stiffness(*v);
             (0..r * r).map(|i| k[(i % r, i / r)]).collect::<Vec<C>>()
         });
+        let quotient = Quotient::new(poles, roots);
         // det(KG − 1) has the sign of det(1 − KG) where r is even.
         let sign = C::new(0.0, PI * (r % 2) as f64);
         let of = |(lambda, g): (&C, &[C])| {
             let k = if self.along.holds(*lambda) { polynomials.next() } else { exact.next() };
-            let all = |of: &[C]| of.iter().map(|v| (lambda - v).ln() + (lambda - v.conj()).ln()).sum::<C>();
             let k = k.unwrap_or_default();
-            sign + Lu::new(self.matrix(&k, g), r).log_determinant() + all(poles) - all(roots)
+            sign + Lu::new(self.matrix(&k, g), r).log_determinant() + quotient.logarithm(*lambda)
         };
         values.iter().zip(compliances.chunks_exact(r * r)).map(of).collect()
     }
@@ -410,7 +410,7 @@ impl Secular {
     ) -> Vec<f64> {
         let rows = &self.contact.rows;
         let scaled = Scaled::new(&self.modes, rows);
-        let own = self.contact.following.back(&self.along.follow(roots, seen));
+        let own = self.contact.following.back(&self.contact.following.turned_of(roots, seen));
         let squares = self.modes.least(roots, forces);
         let x = Vectors { values: roots, seen, own: &own, squares: &squares };
         let mut errors = scaled.errors(rows, &x, forces);
@@ -428,7 +428,7 @@ impl Secular {
     fn lifted(&self, bodies: &CoupledModel, scaled: &Scaled, roots: &[C], forces: &[Vec<C>]) -> Lifted {
         let modal = self.modes.motions(roots, forces);
         let seen = self.modes.seen_of(&modal);
-        let own = self.contact.following.back(&self.along.follow(roots, &seen));
+        let own = self.contact.following.back(&self.contact.following.turned_of(roots, &seen));
         let squares: Vec<f64> = modal.col_iter().map(|c| c.squared_norm_l2()).collect();
         let x = Vectors { values: roots, seen: &seen, own: &own, squares: &squares };
         let errors = scaled.whole_errors((&self.modes, bodies), &self.contact.rows, &x, &modal);

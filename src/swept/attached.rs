@@ -144,6 +144,11 @@ impl Rings {
         self.carried.iter().flat_map(of).collect()
     }
 
+    /// Returns true if there are none.
+    pub fn is_empty(&self) -> bool {
+        self.carried.is_empty()
+    }
+
     /// Returns true if `other` has the same rings but for their places.
     pub fn are_alike(&self, other: &Self) -> bool {
         let alike = |(a, b): (&Carried, &Carried)| a.attachment.is_alike(&b.attachment);

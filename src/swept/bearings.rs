@@ -50,17 +50,38 @@ fn mean(n: usize) -> [f64; 3] {
     }
 }
 
+/// Pairs of nodes with the product of their `shares`.
+fn pairs_of(shares: &[(usize, f64)], pair: impl Fn(usize, usize) -> Option<usize>) -> Vec<(usize, f64)> {
+    let each = shares.iter().flat_map(|&(a, va)| shares.iter().map(move |&(b, vb)| (a, b, va * vb)));
+    each.filter_map(|(a, b, product)| Some((pair(a, b)?, product))).collect()
+}
+
 impl Bearings {
     /// The bearings at the places of `section` nearest to theirs; `pair` has the index of each pair of nodes.
     pub fn new(section: &Section, bearings: &[Bearing], pair: impl Fn(usize, usize) -> Option<usize>) -> Self {
         let of = |bearing: &Bearing| {
             let near = section.nearest(bearing.place)?;
             let shares: Vec<(usize, f64)> = near.shares.into_iter().filter(|(_, value)| *value != 0.0).collect();
-            let each = shares.iter().flat_map(|&(a, va)| shares.iter().map(move |&(b, vb)| (a, b, va * vb)));
-            let pairs = each.filter_map(|(a, b, product)| Some((pair(a, b)?, product))).collect();
+            let pairs = pairs_of(&shares, &pair);
             Some(Carried { bearing: *bearing, shares, pairs })
         };
         Self { all: bearings.iter().filter_map(of).collect() }
+    }
+
+    /// The bearings of the half of a section whose nodes `near` has, with the index of each `pair` of its nodes; none
+    /// where a bearing touches the nodes of the `middle` plane.
+    pub fn of_half(
+        &self,
+        near: impl Fn(&usize) -> bool,
+        middle: impl Fn(&usize) -> bool,
+        pair: impl Fn(usize, usize) -> Option<usize>,
+    ) -> Option<Self> {
+        if self.all.iter().any(|carried| carried.shares.iter().any(|(node, _)| middle(node))) {
+            return None;
+        }
+        let inside = |carried: &&Carried| carried.shares.iter().any(|(node, _)| near(node));
+        let of = |carried: &Carried| Carried { pairs: pairs_of(&carried.shares, &pair), ..carried.clone() };
+        Some(Self { all: self.all.iter().filter(inside).map(of).collect() })
     }
 
     /// Returns true if `other` has the same bearings but for their places.

@@ -2,9 +2,11 @@
 //! O. C. Zienkiewicz, R. L. Taylor, The Finite Element Method, 5th edition (2000), volume 2, chapter 9, with the
 //! signs of this module's families.
 
-mod axis;
+mod constraints;
+mod half;
 mod pairs;
 mod prestress;
+mod products;
 mod strains;
 
 use super::attached::{Attachment, Rings};
@@ -15,7 +17,8 @@ use super::track::{Added, Track};
 use super::{Path, Section};
 use crate::fem::Material;
 use crate::{Error, Result};
-use axis::AxisNodes;
+use constraints::ConstrainedNodes;
+pub use constraints::Parity;
 use faer::{Mat, MatRef};
 use std::collections::HashMap;
 use std::rc::Rc;
@@ -52,8 +55,8 @@ pub struct Forms {
     pub(super) rings: Rings,
     /// Bearings of a wheelset.
     pub(super) bearings: Bearings,
-    /// Nodes on the axle of a solid body.
-    axis: AxisNodes,
+    /// Nodes on the axle of a solid body, and in the middle plane of a half section.
+    constraints: ConstrainedNodes,
 }
 
 /// Block of stiffness between (U, V, W) of two nodes.
@@ -137,14 +140,31 @@ impl Forms {
 
     fn made(section: Section, material: Material, path: Path, free: &[bool], links: &[[usize; 2]]) -> Result<Self> {
         section.check(path)?;
-        let (place, pairs) = number(&section, free, links);
+        let numbers = number(&section, free, links);
+        let mut forms = Self::unassembled(section, material, path, numbers, None);
+        forms.assemble();
+        Ok(forms)
+    }
+
+    /// Forms of free nodes with these numbers and pairs, all of them 0; of a half section with the nodes of its
+    /// `middle` plane, and the symmetry of motions there.
+    fn unassembled(
+        section: Section,
+        material: Material,
+        path: Path,
+        (place, pairs): (Vec<Option<usize>>, NodePairs),
+        middle: Option<(&[usize], Parity)>,
+    ) -> Self {
         let empty = vec![[[0.0; 3]; 3]; pairs.columns.len()];
         let mass = vec![0.0; pairs.columns.len()];
-        let axis = if path == Path::Axle { AxisNodes::new(&section, &place, &pairs) } else { AxisNodes::default() };
+        let constraints = match path {
+            Path::Axle => ConstrainedNodes::new(&section, middle, &place, &pairs),
+            Path::Line(_) => ConstrainedNodes::default(),
+        };
         let stiffness = [empty.clone(), empty.clone(), empty];
         let blocks = pairs.iter().map(|(a, b, _)| (3 * a + 2, 3 * b));
         let envelope = Rc::new(Envelope::new(3 * pairs.rows(), blocks));
-        let mut forms = Self {
+        Self {
             section,
             material,
             path,
@@ -156,10 +176,8 @@ impl Forms {
             track: Vec::new(),
             rings: Rings::default(),
             bearings: Bearings::default(),
-            axis,
-        };
-        forms.assemble();
-        Ok(forms)
+            constraints,
+        }
     }
 
     /// Adds the mass of rings; their stiffness goes with the order.
@@ -336,12 +354,13 @@ impl Forms {
                     }
                 }
             }
-            if self.axis.has(k) {
+            if self.constraints.has(k) {
                 let raw: Block = std::array::from_fn(|c| {
                     std::array::from_fn(|d| w * (zero[c][d] + x * (one[c][d] + x * two[c][d])))
                 });
-                let regular = if a == b { self.axis.held(n, k, raw) } else { self.axis.projected(n, k, raw) };
-                let inertia = self.axis.projected(n, k, scaled(&IDENTITY, w * sigma * self.mass[k]));
+                let regular =
+                    if a == b { self.constraints.held(n, k, raw) } else { self.constraints.projected(n, k, raw) };
+                let inertia = self.constraints.projected(n, k, scaled(&IDENTITY, w * sigma * self.mass[k]));
                 for c in 0..3 {
                     for d in 0..if a == b { c + 1 } else { 3 } {
                         values[at + BLOCK * d + c] = regular[c][d] - inertia[c][d];
@@ -355,29 +374,6 @@ impl Forms {
         Factor::new(&self.envelope, values)
     }
 
-    /// (K_n − σM) x of columns, `[order, k]`.
-    pub fn dynamic(&self, n: usize, sigma: f64, x: MatRef<'_, f64>) -> Mat<f64> {
-        let (rings, w) = (self.of_rings(n), self.path.length_integral(n));
-        self.product(x, |k| {
-            let mut block = self.block(n, sigma, k);
-            if let Some(ring) = rings.get(&k) {
-                block.as_flattened_mut().iter_mut().zip(ring.as_flattened()).for_each(|(b, r)| *b += w * r);
-            }
-            self.axis.projected(n, k, block)
-        })
-    }
-
-    /// M x of columns at the order n, `[order, k]`.
-    pub fn mass(&self, n: usize, x: MatRef<'_, f64>) -> Mat<f64> {
-        let inertia = |k: usize| scaled(&IDENTITY, self.path.length_integral(n) * self.mass[k]);
-        self.product(x, |k| self.axis.projected(n, k, inertia(k)))
-    }
-
-    /// Projects columns of amplitudes of the order n, `[order, k]`, on motions that are regular on the axle.
-    pub fn make_regular(&self, n: usize, x: &mut Mat<f64>) {
-        self.axis.project(n, x);
-    }
-
     /// Applies rotation at the order n, at 1 rad/s, to columns: (K_σ − K_c) x with the prestress `sigma`. K_c alone
     /// without it.
     pub fn rotation(&self, n: usize, sigma: Option<&Prestress>, x: MatRef<'_, f64>) -> Mat<f64> {
@@ -389,12 +385,6 @@ impl Forms {
             block.iter_mut().flatten().zip(around.iter().flatten()).for_each(|(b, a)| *b += a);
             block
         })
-    }
-
-    /// M x of columns at the order n with (U, W) of x alone, or with V alone, each metre of a line.
-    pub fn mass_of(&self, along: bool, x: MatRef<'_, f64>) -> Mat<f64> {
-        let part = Mat::from_fn(x.nrows(), x.ncols(), |i, k| if (i % 3 == 1) == along { x[(i, k)] } else { 0.0 });
-        self.product(part.as_ref(), |k| scaled(&IDENTITY, self.mass[k]))
     }
 
     /// Springs and dashpots of the track times columns at the order n, `[order, k]`; none without a track.
@@ -440,26 +430,5 @@ impl Forms {
             _ => 0.0,
         });
         self.mass(n, exchanged.as_ref())
-    }
-
-    /// A x of a symmetric matrix given by its blocks at the pairs.
-    fn product(&self, x: MatRef<'_, f64>, block: impl Fn(usize) -> [[f64; 3]; 3]) -> Mat<f64> {
-        let mut y = Mat::zeros(x.nrows(), x.ncols());
-        for (a, b, k) in self.pairs.iter() {
-            let block = block(k);
-            for column in 0..x.ncols() {
-                for c in 0..3 {
-                    let row: f64 = (0..3).map(|d| block[c][d] * x[(3 * b + d, column)]).sum();
-                    y[(3 * a + c, column)] += row;
-                }
-                if a != b {
-                    for d in 0..3 {
-                        let row: f64 = (0..3).map(|c| block[c][d] * x[(3 * a + c, column)]).sum();
-                        y[(3 * b + d, column)] += row;
-                    }
-                }
-            }
-        }
-        y
     }
 }

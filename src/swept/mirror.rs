@@ -18,6 +18,9 @@ const SAME: f64 = 1e-7;
 /// The mirror images of the nodes of a section.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mirror {
+    /// y of the middle plane, m.
+    middle: f64,
+    /// Node at the mirror image of each node.
     image: Vec<usize>,
 }
 
@@ -37,7 +40,23 @@ impl Mirror {
             beside.into_iter().find_map(|cell| known.get(&cell).copied())
         };
         let image = section.nodes.iter().map(of).collect::<Option<Vec<usize>>>()?;
-        Some(Self { image })
+        Some(Self { middle, image })
+    }
+
+    /// The node at the mirror image of a node.
+    pub(super) fn image(&self, node: usize) -> usize {
+        self.image[node]
+    }
+
+    /// Returns true for nodes of the half section that has the contact point y = 0, without those of the middle plane.
+    pub(super) fn is_near(&self, section: &Section, node: usize) -> bool {
+        let far_side = section.nodes[node][1] - self.middle;
+        !self.is_in_middle(node) && far_side * self.middle <= 0.0
+    }
+
+    /// Returns true for nodes of the middle plane.
+    pub(super) fn is_in_middle(&self, node: usize) -> bool {
+        self.image[node] == node
     }
 
     /// The images of columns of amplitudes, `[order, k]`.

@@ -14,6 +14,7 @@ mod discrete_supports;
 mod drawn_rail;
 mod elsewhere;
 mod flange;
+mod half_sections;
 mod infinite;
 mod layers;
 mod rails;

@@ -3,7 +3,7 @@
 use super::model::Model;
 use super::scheme::Scheme;
 use crate::dense::{add_columns, add_symmetric, dot};
-use crate::model::{ModalMatrix, RotationTerms};
+use crate::model::{ModalBlock, ModalMatrix, RotationTerms};
 use crate::{Error, Result};
 use faer::linalg::solvers::DenseSolveCore;
 use faer::{Mat, Side};
@@ -109,7 +109,7 @@ impl Coupled {
         // A diagonal beside blocks is divided like them.
         let orders: Vec<usize> = match (&model.stiffness, &model.damping) {
             (ModalMatrix::Blocks(blocks), _) | (_, ModalMatrix::Blocks(blocks)) => {
-                blocks.iter().map(Mat::nrows).collect()
+                blocks.iter().map(ModalBlock::order).collect()
             }
             _ => vec![model.omega.len()],
         };
@@ -134,7 +134,7 @@ impl Coupled {
             inverses.push(inverse);
             first += n;
         }
-        let inverse = ModalMatrix::Blocks(inverses);
+        let inverse = ModalMatrix::Blocks(inverses.into_iter().map(ModalBlock::Full).collect());
         let turning = model.turning.clone().unwrap_or_else(|| RotationTerms::none(model.damping.clone()));
         let circulating = turning.stiffness();
         let skew = inverse.asymmetry() > super::model::ASYMMETRY;

@@ -39,13 +39,8 @@ impl Condensed {
 
     /// Forces on y per y at λ, `[r, r]`.
     pub(super) fn stiffness(&self, lambda: C) -> Mat<C> {
-        self.forces(&self.following.turned(lambda))
-    }
-
-    /// The same where f follows y as [`Following::turned`] says.
-    pub(super) fn forces(&self, turned: &Mat<C>) -> Mat<C> {
         let r = self.seen;
-        let mut k = real_times(&self.turned, turned);
+        let mut k = real_times(&self.turned, &self.following.turned(lambda));
         for j in 0..r {
             for i in 0..r {
                 k[(i, j)] += self.rows.forces[(i, j)];

@@ -1,7 +1,7 @@
 //! The unknowns of the contact as they follow what moves it, at one frequency after the other.
 //!
 //! With a real shift σ, (λA + C)⁻¹ = (1 + (λ − σ) M)⁻¹ (σA + C)⁻¹, M = (σA + C)⁻¹ A = Q H Qᵀ: of the matrix H, which
-//! is triangular but for one more diagonal, a frequency asks for n² operations.
+//! is triangular but for one more diagonal, a frequency asks for n² operations and the memory of a few columns.
 
 use super::modal::real_times;
 use super::{ContactRows, C};
@@ -12,8 +12,8 @@ use faer::linalg::householder::{
     apply_block_householder_sequence_on_the_right_in_place_with_conj,
 };
 use faer::linalg::solvers::Solve;
-use faer::linalg::triangular_solve::solve_upper_triangular_in_place;
 use faer::{Auto, Conj, Mat, MatRef, Par, Spec};
+use pulp::{Arch, Simd, WithSimd};
 
 /// Reflections that are applied at once.
 const BLOCK: usize = 16;
@@ -57,54 +57,117 @@ impl Following {
     /// Qᵀf per y, `[nf, r]`.
     pub fn turned(&self, lambda: C) -> Mat<C> {
         let (nf, r) = self.driven[0].shape();
-        let beyond = lambda - self.shift;
-        let mut matrix = Mat::<C>::zeros(nf, nf);
-        for j in 0..nf {
-            let last = (j + 2).min(nf);
-            let from = &self.reduced.col_as_slice(j)[..last];
-            matrix.col_as_slice_mut(j)[..last].iter_mut().zip(from).for_each(|(v, h)| *v = beyond * h);
-            matrix[(j, j)] += 1.0;
+        let at = |i: usize, j: usize| lambda * self.driven[0][(i, j)] + self.driven[1][(i, j)];
+        self.solved(lambda, Planar::from_fn(nf, r, at))
+    }
+
+    /// Qᵀf of each of `values` with the motion y of each in `seen`, `[nf, values]`.
+    pub fn turned_of(&self, values: &[C], seen: &Mat<C>) -> Mat<C> {
+        let [by_rate, at_rest] = self.driven.each_ref().map(|of| real_times(of, seen));
+        let mut all = Mat::zeros(by_rate.nrows(), values.len());
+        for (l, &lambda) in values.iter().enumerate() {
+            let at = |i: usize, _: usize| lambda * by_rate[(i, l)] + at_rest[(i, l)];
+            all.as_mut().subcols_mut(l, 1).copy_from(self.solved(lambda, Planar::from_fn(by_rate.nrows(), 1, at)));
         }
-        let mut x = Mat::from_fn(nf, r, |i, j| lambda * self.driven[0][(i, j)] + self.driven[1][(i, j)]);
-        eliminate(&mut matrix, &mut x);
-        solve_upper_triangular_in_place(matrix.as_ref(), x.as_mut(), Par::Seq);
-        x
+        all
+    }
+
+    /// (1 + (λ − σ) H)⁻¹ of some columns.
+    fn solved(&self, lambda: C, columns: Planar) -> Mat<C> {
+        Arch::new().dispatch(Shifted { matrix: &self.reduced, shift: lambda - self.shift, columns })
     }
 }
 
-/// Makes `matrix`, which has one diagonal below the main one, triangular, the larger row of two first; the rows of
-/// `x` go with it.
-fn eliminate(matrix: &mut Mat<C>, x: &mut Mat<C>) {
-    let n = matrix.nrows();
-    // Multipliers and exchanges of all rows first, column by column.
-    let mut steps: Vec<(bool, C)> = Vec::with_capacity(n.saturating_sub(1));
-    for j in 0..n {
-        let column = matrix.col_as_slice_mut(j);
-        apply(&steps, &mut column[..j + 1]);
-        if j + 1 == n {
-            break;
-        }
-        let swap = column[j + 1].norm_sqr() > column[j].norm_sqr();
-        if swap {
-            column.swap(j, j + 1);
-        }
-        let factor = if column[j] == C::default() { C::default() } else { column[j + 1] / column[j] };
-        column[j + 1] = C::default();
-        steps.push((swap, factor));
-    }
-    for j in 0..x.ncols() {
-        apply(&steps, x.col_as_slice_mut(j));
+/// Complex columns by their real and imaginary parts, one column after the other.
+struct Planar {
+    re: Vec<f64>,
+    im: Vec<f64>,
+    columns: usize,
+}
+
+impl Planar {
+    fn from_fn(rows: usize, columns: usize, at: impl Fn(usize, usize) -> C) -> Self {
+        let (re, im) = (0..rows * columns).map(|k| at(k % rows, k / rows)).map(|v| (v.re, v.im)).unzip();
+        Self { re, im, columns }
     }
 }
 
-/// The steps of an elimination on a column, each on a row and the next one.
-fn apply(steps: &[(bool, C)], column: &mut [C]) {
-    for (k, &(swap, factor)) in steps.iter().enumerate() {
-        if swap {
-            column.swap(k, k + 1);
+/// (1 + sH)⁻¹ b of a matrix H that is triangular but for one more diagonal, by rotations of its columns from the last
+/// one on, (1 + sH) Q = R: each column of R is done with as soon as it is made (G. Henry, The shifted Hessenberg system
+/// solve computation, Cornell Theory Center, 1994).
+struct Shifted<'a> {
+    matrix: &'a Mat<f64>,
+    shift: C,
+    columns: Planar,
+}
+
+impl WithSimd for Shifted<'_> {
+    type Output = Mat<C>;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> Mat<C> {
+        let Self { matrix, shift, columns: Planar { re: mut b_re, im: mut b_im, columns } } = self;
+        let n = matrix.nrows();
+        if n == 0 {
+            return Mat::zeros(0, columns);
         }
-        let above = column[k];
-        column[k + 1] -= factor * above;
+        // The column that the next rotation acts on, and a column of R.
+        let last = matrix.col_as_slice(n - 1);
+        let mut now_re: Vec<f64> = last.iter().map(|h| shift.re * h).collect();
+        let mut now_im: Vec<f64> = last.iter().map(|h| shift.im * h).collect();
+        now_re[n - 1] += 1.0;
+        let (mut r_re, mut r_im) = (vec![0.0; n], vec![0.0; n]);
+        let mut rotations = vec![[C::default(); 2]; n];
+        for k in (1..n).rev() {
+            let before = &matrix.col_as_slice(k - 1)[..=k];
+            // Of the row k the rotation leaves nothing before the diagonal.
+            let (alpha, beta) = (shift * before[k], C::new(now_re[k], now_im[k]));
+            let size = (alpha.norm_sqr() + beta.norm_sqr()).sqrt();
+            let (alpha, beta) = (alpha / size, beta / size);
+            rotations[k] = [alpha, beta];
+            let (p, q, t, w) = (alpha.conj() * shift, beta.conj(), beta * shift, alpha);
+            let (v_re, v_im) = (&mut now_re[..k], &mut now_im[..k]);
+            let (into_re, into_im) = (&mut r_re[..k], &mut r_im[..k]);
+            for i in 0..k {
+                let (h, x, y) = (before[i], v_re[i], v_im[i]);
+                into_re[i] = p.re * h + q.re * x - q.im * y;
+                into_im[i] = p.im * h + q.re * y + q.im * x;
+                v_re[i] = t.re * h - w.re * x + w.im * y;
+                v_im[i] = t.im * h - w.re * y - w.im * x;
+            }
+            // The unit on the diagonal of the column before.
+            into_re[k - 1] += alpha.re;
+            into_im[k - 1] -= alpha.im;
+            v_re[k - 1] += beta.re;
+            v_im[k - 1] += beta.im;
+            let own = b_re.chunks_exact_mut(n).zip(b_im.chunks_exact_mut(n));
+            for (re, im) in own {
+                let (x, y) = (re[k] / size, im[k] / size);
+                (re[k], im[k]) = (x, y);
+                let (re, im) = (&mut re[..k], &mut im[..k]);
+                for i in 0..k {
+                    re[i] -= x * into_re[i] - y * into_im[i];
+                    im[i] -= x * into_im[i] + y * into_re[i];
+                }
+            }
+        }
+        let first = C::new(now_re[0], now_im[0]).inv();
+        for j in 0..columns {
+            let x = C::new(b_re[j * n], b_im[j * n]) * first;
+            (b_re[j * n], b_im[j * n]) = (x.re, x.im);
+        }
+        let mut out = Mat::zeros(n, columns);
+        for j in 0..columns {
+            let column = out.col_as_slice_mut(j);
+            let mut above = C::new(b_re[j * n], b_im[j * n]);
+            for k in 1..n {
+                let ([alpha, beta], own) = (rotations[k], C::new(b_re[j * n + k], b_im[j * n + k]));
+                column[k - 1] = beta * above + alpha.conj() * own;
+                above = beta.conj() * own - alpha * above;
+            }
+            column[n - 1] = above;
+        }
+        out
     }
 }
 

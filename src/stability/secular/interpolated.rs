@@ -1,4 +1,4 @@
-//! Interpolation of the contact operator over λ, along the frequencies of the modes: Chebyshev polynomials of ln λ.
+//! Interpolation of the forces of the contact over λ, along the frequencies of the modes: Chebyshev polynomials of ln λ.
 
 use super::{Condensed, C};
 use faer::Mat;
@@ -14,15 +14,11 @@ const DIGITS: f64 = 10.0;
 /// How far a root may lie beyond the interval, in its half lengths.
 const BEYOND: f64 = 1.1;
 
-/// The unknowns f of the contact and the forces K on y, per y, as functions of λ.
+/// The forces K on y, per y, as functions of λ.
 pub(super) struct Interpolated {
     degree: usize,
     middle: f64,
     half: f64,
-    seen: usize,
-    /// Coefficients of Qᵀf ([`Following::turned`](super::following::Following::turned)), `[nf, r · kept]`, one
-    /// polynomial after the other.
-    follow: Mat<C>,
     /// Coefficients of K by columns, `[r², kept]`.
     stiffness: Mat<C>,
     /// Polynomials whose coefficients are more than rounding.
@@ -33,20 +29,17 @@ impl Interpolated {
     /// Between these angular frequencies; none where the polynomials do not settle.
     pub fn new(contact: &Condensed, [low, high]: [f64; 2]) -> Option<Self> {
         let (middle, half) = (0.5 * (low.ln() + high.ln()), 0.5 * (high / low).ln());
-        let (r, nf) = (contact.seen, contact.unknowns());
+        let r = contact.seen;
         let mut known: Vec<Mat<C>> = Vec::new();
         for degree in DEGREES {
             let node = |k: usize| {
                 let x = (std::f64::consts::PI * k as f64 / degree as f64).cos();
-                contact.following.turned(C::new(0.0, (middle + half * x).exp()))
+                contact.stiffness(C::new(0.0, (middle + half * x).exp()))
             };
-            let old = std::mem::take(&mut known);
-            known = match old.is_empty() {
-                true => (0..=degree).map(node).collect(),
-                false => {
-                    let mut old = old.into_iter();
-                    (0..=degree).filter_map(|k| if k % 2 == 0 { old.next() } else { Some(node(k)) }).collect()
-                }
+            let mut old = std::mem::take(&mut known).into_iter();
+            known = match old.len() {
+                0 => (0..=degree).map(node).collect(),
+                _ => (0..=degree).filter_map(|k| if k % 2 == 0 { old.next() } else { Some(node(k)) }).collect(),
             };
             // Values at the points to coefficients.
             let weight = Mat::from_fn(degree + 1, degree + 1, |k, j| {
@@ -54,26 +47,17 @@ impl Interpolated {
                 let phase = std::f64::consts::PI * ((k * j) % (2 * degree)) as f64 / degree as f64;
                 C::from(2.0 / degree as f64 * ends(k) * ends(j) * phase.cos())
             });
-            let forces: Vec<Mat<C>> = known.iter().map(|f| contact.forces(f)).collect();
-            let values = Mat::from_fn(r * r, degree + 1, |i, k| forces[k][(i % r, i / r)]);
+            let values = Mat::from_fn(r * r, degree + 1, |i, k| known[k][(i % r, i / r)]);
             let stiffness = values * &weight;
-            let largest = |from: usize| {
-                let columns =
-                    (from..=degree).flat_map(|j| stiffness.col(j).iter().map(|v| v.norm()).collect::<Vec<_>>());
-                columns.fold(0.0, f64::max)
-            };
+            let sizes: Vec<f64> =
+                stiffness.col_iter().map(|c| c.iter().map(|v| v.norm()).fold(0.0, f64::max)).collect();
+            let largest = |from: usize| sizes[from..].iter().copied().fold(0.0, f64::max);
             if !(largest(degree - 2) <= LEFT * largest(0)) {
                 continue;
             }
-            let values = Mat::from_fn(nf * r, degree + 1, |i, k| known[k][(i % nf, i / nf)]);
-            let flat = values * &weight;
-            let sizes: Vec<f64> = (0..=degree).map(|j| flat.col(j).norm_max()).collect();
-            let first = sizes.iter().copied().fold(0.0, f64::max);
-            let counts = |j: &usize| sizes[*j] > NOTHING * first || stiffness.col(*j).norm_max() > NOTHING * largest(0);
-            let kept = (0..=degree).rev().find(counts).unwrap_or(0) + 1;
-            let follow = Mat::from_fn(nf, r * kept, |i, j| flat[(i + nf * (j % r), j / r)]);
+            let kept = (0..=degree).rev().find(|&j| sizes[j] > NOTHING * largest(0)).unwrap_or(0) + 1;
             let stiffness = stiffness.subcols(0, kept).to_owned();
-            return Some(Self { degree, middle, half, seen: r, follow, stiffness, kept });
+            return Some(Self { degree, middle, half, stiffness, kept });
         }
         None
     }
@@ -127,12 +111,5 @@ impl Interpolated {
     fn combined(&self, p: &[Vec<C>]) -> Vec<C> {
         let product = &self.stiffness * Mat::from_fn(self.kept, p.len(), |k, l| p[l][k]);
         product.col_iter().flat_map(|c| c.iter().copied().collect::<Vec<C>>()).collect()
-    }
-
-    /// Qᵀf of each of `values` with the motion `seen` of each, `[nf, values]`.
-    pub fn follow(&self, values: &[C], seen: &Mat<C>) -> Mat<C> {
-        let t: Vec<Vec<C>> = values.iter().map(|v| self.polynomials(*v).0).collect();
-        let r = self.seen;
-        &self.follow * Mat::from_fn(r * self.kept, values.len(), |j, l| t[l][j / r] * seen[(j % r, l)])
     }
 }

@@ -4,7 +4,7 @@ use super::small::add_product;
 use super::terms::Terms;
 use super::{C, REAL};
 use crate::body::ModalMatrix;
-use crate::model::CoupledModel;
+use crate::model::{CoupledModel, ModeFactors};
 use faer::linalg::solvers::DenseSolveCore;
 use faer::Mat;
 use std::cell::{OnceCell, RefCell};
@@ -13,7 +13,7 @@ use std::rc::Rc;
 mod on_contact;
 mod part;
 use on_contact::OnContact;
-use part::{functions, off};
+use part::{basis, functions, off};
 
 /// Frequencies that are looked at together: what is made for them stays near the processor.
 const CHUNK: usize = 32;
@@ -21,6 +21,8 @@ const CHUNK: usize = 32;
 const ROUNDING: f64 = 1e-13;
 /// More functions than this part of the modes are not few.
 const FEW: f64 = 0.4;
+/// Functions of both bodies together are taken where they are at most this part of those of each by itself.
+const SHARED: f64 = 0.75;
 /// Coupling of two modes, over their frequencies, that is none.
 const COUPLED: f64 = 1e-14;
 /// Largest condition of the vectors of coupled modes.
@@ -162,7 +164,10 @@ struct Part {
     singles: Vec<Single>,
     groups: Vec<Group>,
     terms: Terms,
-    /// Residues of each of them by columns, `[functions², columns]`.
+    /// Residues of the modes by themselves, which are symmetric: on and below the diagonal, column by column,
+    /// `[functions (functions + 1)/2, singles]`.
+    symmetric: Mat<f64>,
+    /// Residues of the other terms by columns, `[functions², columns − singles]`.
     residues: Mat<f64>,
 }
 
@@ -170,7 +175,7 @@ struct Part {
 pub(super) struct Modes {
     parts: Vec<Rc<Part>>,
     modes: usize,
-    /// Number r of functions of both bodies.
+    /// Number r of functions: those of both bodies one after the other, or those that they share.
     pub seen: usize,
     /// Amplitudes B of the functions in each mode, `[r, modes]`: its rows are of norm 1 and at right angles to each
     /// other.
@@ -190,28 +195,30 @@ pub(super) struct Modes {
 
 /// Inputs from which modes were computed.
 struct Given {
-    stiffness: Rc<ModalMatrix>,
+    stiffness: ModalMatrix,
     damping: ModalMatrix,
     lower: usize,
     within: f64,
 }
 
 impl Given {
-    /// True if these are the modes of `bodies`, whose damping may be another one.
-    fn is_but_for_damping(&self, bodies: &CoupledModel, within: f64) -> bool {
-        self.within == within && self.lower == bodies.lower_modes && *self.stiffness == bodies.stiffness
+    /// True if `bodies` may have these modes, but for their stiffness and damping.
+    fn is_of(&self, bodies: &CoupledModel, within: f64) -> bool {
+        let order = bodies.stiffness.order();
+        self.within == within && self.lower == bodies.lower_modes && self.stiffness.order() == order
     }
 
-    /// True if the damping of the modes from `first` to before `end`, those of a body, is that of `bodies`.
-    fn is_damped_alike(&self, bodies: &CoupledModel, first: usize, end: usize) -> bool {
-        match (&self.damping, &bodies.damping) {
+    /// True if stiffness and damping of the modes from `first` to before `end`, those of a body, are those of `bodies`.
+    fn is_alike(&self, bodies: &CoupledModel, first: usize, end: usize) -> bool {
+        let same = |a: &ModalMatrix, b: &ModalMatrix| match (a, b) {
             (ModalMatrix::Diagonal(a), ModalMatrix::Diagonal(b)) => a[first..end] == b[first..end],
             (ModalMatrix::Blocks(a), ModalMatrix::Blocks(b)) if a.len() == 2 && b.len() == 2 => {
                 let body = usize::from(first > 0);
-                a[body].nrows() == end - first && a[body] == b[body]
+                a[body].order() == end - first && a[body] == b[body]
             }
             _ => false,
-        }
+        };
+        same(&self.stiffness, &bodies.stiffness) && same(&self.damping, &bodies.damping)
     }
 }
 
@@ -220,11 +227,17 @@ impl Modes {
     /// `[3n, r]`, with the poles up to the angle `within`; none where the functions are not few, or a mode by itself
     /// does not oscillate. Those of the last state are taken where they serve.
     pub fn build(bodies: &CoupledModel, rows: &[usize], within: f64) -> Option<(Rc<Self>, Mat<f64>)> {
-        let last = Self::last().filter(|known| known.of.is_but_for_damping(bodies, within));
+        if let Some(factors) = &bodies.functions {
+            let made = Rc::new(Self::of_factors(bodies, factors, within)?);
+            KNOWN.set(Some(made.clone()));
+            let shapes = &factors.functions * (&factors.amplitudes * made.basis.transpose());
+            return Some((made, shapes));
+        }
+        let last = Self::last().filter(|known| known.of.is_of(bodies, within));
         let (modes, asked) = match last.and_then(|last| last.shapes(bodies, rows).map(|asked| (last, asked))) {
-            Some((last, asked)) if last.of.damping == bodies.damping => (last, asked),
+            Some((last, asked)) if last.is_alike(bodies) => (last, asked),
             Some((last, asked)) => {
-                let made = Rc::new(last.with_damping(bodies)?);
+                let made = Rc::new(last.with_dynamics(bodies)?);
                 KNOWN.set(Some(made.clone()));
                 (made, asked)
             }
@@ -274,41 +287,47 @@ impl Modes {
         covered.then(|| Mat::from_fn(rows.len(), self.seen, |i, j| on.functions[(rows[i], j)]))
     }
 
-    fn new(bodies: &CoupledModel, psi: &Mat<f64>, within: f64) -> Option<Self> {
-        let (m, lower) = (bodies.omega.len(), bodies.lower_modes);
-        let mut bases = Vec::new();
-        for (first, end) in [(0, lower), (lower, m)] {
-            let limit = (FEW * (end - first) as f64) as usize;
-            bases.push((first, functions(psi.as_ref().subcols(first, end - first).to_owned(), limit)?));
-        }
-        let seen = bases.iter().map(|b| b.1.len()).sum::<usize>();
-        let mut basis = Mat::<f64>::zeros(seen, m);
-        let mut at = 0;
-        for (first, functions) in &bases {
-            for (i, f) in functions.iter().enumerate() {
-                f.iter().enumerate().for_each(|(j, v)| basis[(at + i, first + j)] = *v);
-            }
-            at += functions.len();
-        }
-        let mut parts = Vec::new();
-        let mut at = 0;
-        for ((first, functions), end) in bases.iter().zip([lower, m]) {
-            let part = Part::new(bodies, (*first, end), basis.as_ref().subrows(at, functions.len()), at)?;
-            parts.push(Rc::new(part));
-            at += functions.len();
-        }
-        let stiffness = &basis * bodies.stiffness.product(basis.transpose());
-        let square = bodies.stiffness.values().iter().map(|v| v * v).sum();
-        let given = Rc::new(bodies.stiffness.clone());
-        Self::of_parts(bodies, (parts, within), (basis, stiffness), (given, square))
+    /// The modes of bodies that share the functions of which their modes were made.
+    fn of_factors(bodies: &CoupledModel, factors: &ModeFactors, within: f64) -> Option<Self> {
+        let m = bodies.omega.len();
+        let found = functions(factors.amplitudes.clone(), (FEW * m as f64) as usize)?;
+        let basis = Mat::from_fn(found.len(), m, |i, j| found[i][j]);
+        let blocks = [[0, found.len()]; 2];
+        Self::with_basis(bodies, (basis, blocks), within)
     }
 
-    /// The same modes with the damping of `bodies`.
-    fn with_damping(&self, bodies: &CoupledModel) -> Option<Self> {
+    fn new(bodies: &CoupledModel, psi: &Mat<f64>, within: f64) -> Option<Self> {
+        let (m, lower) = (bodies.omega.len(), bodies.lower_modes);
+        Self::with_basis(bodies, basis(psi, [(0, lower), (lower, m)])?, within)
+    }
+
+    /// The modes with these amplitudes of the functions, of which each body has those from a first one on, so many.
+    fn with_basis(
+        bodies: &CoupledModel,
+        (basis, blocks): (Mat<f64>, [[usize; 2]; 2]),
+        within: f64,
+    ) -> Option<Self> {
+        let (m, lower) = (bodies.omega.len(), bodies.lower_modes);
+        let ends = [(0, lower), (lower, m)];
+        let mut parts = Vec::new();
+        for ((first, end), [at, count]) in ends.into_iter().zip(blocks) {
+            parts.push(Rc::new(Part::new(bodies, (first, end), basis.as_ref().subrows(at, count), at)?));
+        }
+        Self::of_parts(bodies, (parts, within), basis)
+    }
+
+    /// True if stiffness and damping of both are those of `bodies`.
+    fn is_alike(&self, bodies: &CoupledModel) -> bool {
+        let ends = [0, self.of.lower, self.modes];
+        ends.windows(2).all(|of| of[0] == of[1] || self.of.is_alike(bodies, of[0], of[1]))
+    }
+
+    /// The same modes with stiffness and damping of `bodies`: that of a wheel that rotates has a share of its damping.
+    fn with_dynamics(&self, bodies: &CoupledModel) -> Option<Self> {
         let ends = [0, self.of.lower, self.modes];
         let mut parts = Vec::new();
         for (part, of) in self.parts.iter().zip(ends.windows(2)) {
-            parts.push(match self.of.is_damped_alike(bodies, of[0], of[1]) {
+            parts.push(match of[0] == of[1] || self.of.is_alike(bodies, of[0], of[1]) {
                 true => part.clone(),
                 false => {
                     let basis = self.basis.as_ref().subrows(part.first, part.functions);
@@ -316,19 +335,12 @@ impl Modes {
                 }
             });
         }
-        let own = (self.basis.clone(), self.stiffness.clone());
-        let made = Self::of_parts(bodies, (parts, self.of.within), own, (self.of.stiffness.clone(), self.squares[0]))?;
+        let made = Self::of_parts(bodies, (parts, self.of.within), self.basis.clone())?;
         Some(Self { on_contact: self.on_contact.clone(), ..made })
     }
 
-    /// The modes of both bodies with their amplitudes B of the functions, and B K Bᵀ; K and the square of its norm are
-    /// `given`.
-    fn of_parts(
-        bodies: &CoupledModel,
-        (parts, within): (Vec<Rc<Part>>, f64),
-        (basis, stiffness): (Mat<f64>, Mat<f64>),
-        (given, square): (Rc<ModalMatrix>, f64),
-    ) -> Option<Self> {
+    /// The modes of both bodies with their amplitudes B of the functions, `[r, modes]`.
+    fn of_parts(bodies: &CoupledModel, (parts, within): (Vec<Rc<Part>>, f64), basis: Mat<f64>) -> Option<Self> {
         let (m, lower, seen) = (bodies.omega.len(), bodies.lower_modes, basis.nrows());
         let all = parts.iter().flat_map(|part| part.poles()).filter(|p| p.im >= 0.0);
         let (poles, mut damped): (Vec<C>, Vec<C>) = all.partition(|p| p.im.atan2(p.re) <= within);
@@ -336,12 +348,9 @@ impl Modes {
         if seen == 0 || poles.is_empty() || poles.iter().any(|p| p.im <= REAL * p.norm()) {
             return None;
         }
-        let damping = match &bodies.damping {
-            ModalMatrix::Diagonal(d) => d.iter().map(|v| v * v).sum::<f64>(),
-            ModalMatrix::Blocks(blocks) => blocks.iter().map(|b| b.squared_norm_l2()).sum(),
-        };
-        let squares = [square, damping];
-        let of = Given { stiffness: given, damping: bodies.damping.clone(), lower, within };
+        let stiffness = &basis * bodies.stiffness.product(basis.transpose());
+        let squares = [bodies.stiffness.square(), bodies.damping.square()];
+        let of = Given { stiffness: bodies.stiffness.clone(), damping: bodies.damping.clone(), lower, within };
         let on_contact = Rc::default();
         Some(Self { parts, modes: m, seen, basis, poles, damped, squares, stiffness, of, on_contact })
     }
@@ -369,9 +378,11 @@ impl Modes {
             .collect()
     }
 
-    /// Adds K G of r × r matrices given by columns to `out`; G has a block for each body.
+    /// Adds K G of r × r matrices given by columns to `out`; G has a block for each body, or one where both bodies
+    /// consist of the same functions.
     pub fn add_product(&self, k: &[C], g: &[C], out: &mut [C]) {
-        let blocks: Vec<[usize; 2]> = self.parts.iter().map(|p| [p.first, p.functions]).collect();
+        let mut blocks: Vec<[usize; 2]> = self.parts.iter().map(|p| [p.first, p.functions]).collect();
+        blocks.dedup();
         add_product((k, g), self.seen, &blocks, out);
     }
 
@@ -405,7 +416,7 @@ impl Modes {
                             let from = j * part.functions..(j + 1) * part.functions;
                             let into = (part.first + j) * r + part.first;
                             let parts = re[from.clone()].iter().zip(&im[from]);
-                            out[into..].iter_mut().zip(parts).for_each(|(v, (re, im))| *v = C::new(*re, *im));
+                            out[into..].iter_mut().zip(parts).for_each(|(v, (re, im))| *v += C::new(*re, *im));
                         }
                     }
                 }

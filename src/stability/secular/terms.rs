@@ -62,11 +62,18 @@ impl WithSimd for Shares<'_> {
         let Self { terms, lambda, out: [out_re, out_im], derivatives } = self;
         let mut slope = C::default();
         let first = terms.singles[0].len();
+        let (l_re, l_im) = (lambda.re, lambda.im);
+        let (k, c) = (&terms.singles[0][..first], &terms.singles[1][..first]);
+        let (own_re, own_im) = (&mut out_re[..first], &mut out_im[..first]);
         for i in 0..first {
-            let share = (lambda * (lambda + terms.singles[1][i]) + terms.singles[0][i]).inv();
-            slope += (2.0 * lambda + terms.singles[1][i]) * share;
-            (out_re[i], out_im[i]) = (share.re, share.im);
+            // λ (λ + c) + k.
+            let x = l_re + c[i];
+            let (a, b) = (l_re * x - l_im * l_im + k[i], l_im * (l_re + x));
+            let size = 1.0 / (a * a + b * b);
+            own_re[i] = a * size;
+            own_im[i] = -b * size;
         }
+        slope += 2.0 * lambda * C::new(sum(own_re), sum(own_im)) + C::new(product(c, own_re), product(c, own_im));
         for (i, p) in terms.real.iter().enumerate() {
             let share = (lambda - p).inv();
             slope += share;
@@ -77,7 +84,6 @@ impl WithSimd for Shares<'_> {
         let (re, im) = (&terms.pairs[0][..n], &terms.pairs[1][..n]);
         let ((along_re, aside_re), (along_im, aside_im)) =
             (out_re[first..first + 2 * n].split_at_mut(n), out_im[first..first + 2 * n].split_at_mut(n));
-        let (l_re, l_im) = (lambda.re, lambda.im);
         // |..|² by its factors: near a pole one of them is small.
         let share = |re: f64, im: f64| {
             let (x, below, above) = (l_re - re, l_im - im, l_im + im);
@@ -94,10 +100,15 @@ impl WithSimd for Shares<'_> {
         }
         slope += 2.0 * C::new(sum(along_re), sum(along_im));
         let Some([by_re, by_im]) = derivatives else { return slope };
-        for i in 0..terms.singles[0].len() {
-            let share = C::new(out_re[i], out_im[i]);
-            let by = -(2.0 * lambda + terms.singles[1][i]) * share * share;
-            (by_re[i], by_im[i]) = (by.re, by.im);
+        let singles = terms.singles[0].len();
+        let (own_re, own_im) = (&out_re[..singles], &out_im[..singles]);
+        let (into_re, into_im) = (&mut by_re[..singles], &mut by_im[..singles]);
+        for i in 0..singles {
+            // −(2λ + c)/(λ² + cλ + k)².
+            let (x, y) = (2.0 * l_re + c[i], 2.0 * l_im);
+            let (a, b) = (own_re[i] * own_re[i] - own_im[i] * own_im[i], 2.0 * own_re[i] * own_im[i]);
+            into_re[i] = y * b - x * a;
+            into_im[i] = -(x * b + y * a);
         }
         for i in terms.singles[0].len()..first {
             let share = C::new(out_re[i], out_im[i]);
@@ -120,6 +131,21 @@ impl WithSimd for Shares<'_> {
     }
 }
 
+/// aᵀb.
+#[inline(always)]
+fn product(a: &[f64], b: &[f64]) -> f64 {
+    let mut lanes = [0.0; LANES];
+    let both = a.chunks_exact(LANES).zip(b.chunks_exact(LANES));
+    for (a, b) in both {
+        for k in 0..LANES {
+            lanes[k] += a[k] * b[k];
+        }
+    }
+    let first = a.len() - a.len() % LANES;
+    let rest: f64 = a[first..].iter().zip(&b[first..]).map(|(a, b)| a * b).sum();
+    rest + lanes.iter().sum::<f64>()
+}
+
 #[inline(always)]
 fn sum(of: &[f64]) -> f64 {
     let mut lanes = [0.0; LANES];
@@ -129,6 +155,92 @@ fn sum(of: &[f64]) -> f64 {
         lanes.iter_mut().zip(chunk).for_each(|(a, v)| *a += v);
     }
     rest + lanes.iter().sum::<f64>()
+}
+
+/// Factors that are multiplied before a logarithm is taken.
+const FACTORS: usize = 64;
+/// Least size of such a product, below which digits are lost.
+const LEAST: f64 = 1e-290;
+
+/// Π (λ − p)(λ − p̄) / Π (λ − z)(λ − z̄) of as many poles p as roots z.
+pub(super) struct Quotient {
+    /// Real and imaginary parts of both, ascending by their sizes, so that neighbours nearly cancel.
+    poles: [Vec<f64>; 2],
+    roots: [Vec<f64>; 2],
+}
+
+impl Quotient {
+    pub fn new(poles: &[C], roots: &[C]) -> Self {
+        let sorted = |of: &[C]| {
+            let mut all = of.to_vec();
+            all.sort_by(|a, b| a.norm_sqr().total_cmp(&b.norm_sqr()));
+            [all.iter().map(|v| v.re).collect(), all.iter().map(|v| v.im).collect()]
+        };
+        Self { poles: sorted(poles), roots: sorted(roots) }
+    }
+
+    /// Its logarithm, the imaginary part up to a multiple of 2π.
+    pub fn logarithm(&self, lambda: C) -> C {
+        let count = self.poles[0].len().min(self.roots[0].len());
+        let mut sum = C::default();
+        for first in (0..count).step_by(FACTORS) {
+            let end = (first + FACTORS).min(count);
+            let [a, b, c, d] = [&self.poles[0], &self.poles[1], &self.roots[0], &self.roots[1]].map(|v| &v[first..end]);
+            let product = Arch::new().dispatch(Factors { lambda, poles: [a, b], roots: [c, d] });
+            let size = product.re.abs() + product.im.abs();
+            sum += match size.is_finite() && size > LEAST {
+                true => product.ln(),
+                // Beyond the range of numbers one by one.
+                false => {
+                    let one = |re: &f64, im: &f64| {
+                        let v = C::new(*re, *im);
+                        (lambda - v).ln() + (lambda - v.conj()).ln()
+                    };
+                    let all = |re: &[f64], im: &[f64]| re.iter().zip(im).map(|(re, im)| one(re, im)).sum::<C>();
+                    all(a, b) - all(c, d)
+                }
+            };
+        }
+        sum
+    }
+}
+
+struct Factors<'a> {
+    lambda: C,
+    poles: [&'a [f64]; 2],
+    roots: [&'a [f64]; 2],
+}
+
+impl WithSimd for Factors<'_> {
+    type Output = C;
+
+    #[inline(always)]
+    fn with_simd<S: Simd>(self, _: S) -> C {
+        let Self { lambda, poles: [p_re, p_im], roots: [z_re, z_im] } = self;
+        let n = p_re.len();
+        let (p_im, z_re, z_im) = (&p_im[..n], &z_re[..n], &z_im[..n]);
+        // (λ − v)(λ − v̄).
+        let both = |re: f64, im: f64| {
+            let x = lambda.re - re;
+            (x * x - (lambda.im - im) * (lambda.im + im), 2.0 * x * lambda.im)
+        };
+        let quotient = |k: usize| {
+            let ((a, b), (c, d)) = (both(p_re[k], p_im[k]), both(z_re[k], z_im[k]));
+            let size = 1.0 / (c * c + d * d);
+            ((a * c + b * d) * size, (b * c - a * d) * size)
+        };
+        let mut lanes = [[1.0; LANES], [0.0; LANES]];
+        for first in (0..n - n % LANES).step_by(LANES) {
+            for k in 0..LANES {
+                let (re, im) = quotient(first + k);
+                let (x, y) = (lanes[0][k], lanes[1][k]);
+                lanes[0][k] = x * re - y * im;
+                lanes[1][k] = x * im + y * re;
+            }
+        }
+        let rest: C = (n - n % LANES..n).map(quotient).map(|(re, im)| C::new(re, im)).product();
+        rest * (0..LANES).map(|k| C::new(lanes[0][k], lanes[1][k])).product::<C>()
+    }
 }
 
 /// Roots with what each of them is pushed away by.
@@ -252,6 +364,28 @@ mod tests {
                 assert!((found[1] - by).norm() < 1e-14 * (1.0 + by.norm()), "{lambda}, {i}: {} {by}", found[1]);
             }
             assert!((slope - sum).norm() < 1e-13 * sum.norm(), "{slope} {sum}");
+        }
+    }
+
+    /// Beside a pole, on the axis, far away, and beyond the range of numbers.
+    #[test]
+    fn quotients_are_those_of_logarithms() {
+        let list = |count: usize, shift: f64| -> Vec<C> {
+            (0..count).map(|i| C::new(-0.01 * (i % 7) as f64, 1.0 + shift + 0.3 * i as f64)).collect()
+        };
+        for (count, unit) in [(3, 1.0), (64, 1.0), (201, 1.0), (201, 1e200)] {
+            let (poles, mut roots) = (list(count, 0.0), list(count, 0.01));
+            roots.reverse();
+            roots.iter_mut().for_each(|v| *v *= unit);
+            let quotient = Quotient::new(&poles, &roots);
+            for lambda in [C::new(1e-9, 1.3 - 1e-9), C::new(0.0, 2.05), C::new(40.0, 3.0)] {
+                let one = |v: &C| (lambda - v).ln() + (lambda - v.conj()).ln();
+                let want = poles.iter().map(one).sum::<C>() - roots.iter().map(one).sum::<C>();
+                let off = quotient.logarithm(lambda) - want;
+                let turns = off.im / (2.0 * std::f64::consts::PI);
+                assert!(off.re.abs() < 1e-10 * (1.0 + want.re.abs()), "{count}, {unit}, {lambda}: {off}");
+                assert!((turns - turns.round()).abs() < 1e-10, "{count}, {unit}, {lambda}: {off}");
+            }
         }
     }
 

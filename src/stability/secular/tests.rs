@@ -117,6 +117,45 @@ fn they_are_those_of_the_dense_pencil() {
     assert!(growing > 0, "nothing grows");
 }
 
+/// The same bodies with the modes `of` contact row and mode.
+fn with_modes(s: &Interface, of: impl Fn(usize, usize) -> f64) -> CoupledModel {
+    let pair = bodies(s);
+    CoupledModel { modes: Mat::from_fn(3 * s.len(), pair.omega.len(), of), ..pair }
+}
+
+/// Bodies that move by the same nine functions over the contact share them, as a wheel and a rail do; others have their
+/// own. Either way their eigenvalues are those of the dense pencil.
+#[test]
+fn functions_are_shared_where_bodies_have_the_same() {
+    let s = interface();
+    let phase = |i: usize, k: usize, n: usize| (1.3 * k as f64 + 2.1 * n as f64 + 0.7 * (i % 3) as f64).sin();
+    let alike = with_modes(&s, |i, k| {
+        let [x, y] = s.point(i / 3);
+        0.05 * (phase(i, k, 0) + 10.0 * (x * phase(i, k, 1) + y * phase(i, k, 2)))
+    });
+    let apart = with_modes(&s, |i, k| {
+        let [x, y] = s.point(i / 3);
+        let bent = if k < MODES[0] { 10.0 * x } else { 1e3 * x * y };
+        0.05 * if k < MODES[0] { phase(i, k, 0) + bent * phase(i, k, 1) } else { bent * phase(i, k, 2) }
+    });
+    for (pair, seen) in [(&alike, 6), (&apart, 6)] {
+        for (number, contact) in cases(&s, pair).iter().enumerate() {
+            LAST.set(Last::default());
+            let secular = Secular::new(pair, contact, 0.3).unwrap().unwrap();
+            assert_eq!(secular.modes.seen, seen);
+            let all = reduced::eigenpairs(pair, contact, 1e-8).unwrap();
+            let found = eigenpairs(pair, contact, 0.3, 1e-10).unwrap().unwrap_or_else(|| panic!("case {number}: none"));
+            let listed = |of: &[Eigenpair]| of.iter().filter(|p| inside(p.value, 0.3)).cloned().collect::<Vec<_>>();
+            let (want, got) = (listed(&all), listed(&found));
+            assert_eq!(got.len(), want.len(), "case {number}");
+            for w in &want {
+                let g = got.iter().map(|p| (p.value - w.value).norm()).fold(f64::INFINITY, f64::min);
+                assert!(g <= 1e-9 * w.value.norm(), "case {number}: {} is {g} off", w.value);
+            }
+        }
+    }
+}
+
 /// Without motions the eigenvalues are the same ones, in the same order.
 #[test]
 fn eigenvalues_come_without_motions() {

@@ -1,6 +1,6 @@
 //! Compliance and motions of a part of the modes.
 
-use super::{Group, Part, Poles, Reading, Single, COUPLED, ROUNDING};
+use super::{Group, Part, Poles, Reading, Single, COUPLED, FEW, ROUNDING, SHARED};
 use crate::body::ModalMatrix;
 use crate::model::CoupledModel;
 use crate::stability::secular::terms::Terms;
@@ -40,12 +40,12 @@ impl Part {
             real: real.iter().map(|p| p.re).collect(),
             pairs: [pairs.iter().map(|p| p.re).collect(), pairs.iter().map(|p| p.im).collect()],
         };
-        let mut residues = Mat::<f64>::zeros(functions * functions, terms.columns());
-        for (t, s) in singles.iter().enumerate() {
-            for k in 0..functions * functions {
-                residues[(k, t)] = s.seen[k % functions] * s.seen[k / functions];
-            }
-        }
+        let pairs_of = lower_half(functions);
+        let symmetric = Mat::from_fn(pairs_of.len(), singles.len(), |k, t| {
+            let [i, j] = pairs_of[k];
+            singles[t].seen[i] * singles[t].seen[j]
+        });
+        let mut residues = Mat::<f64>::zeros(functions * functions, terms.columns() - singles.len());
         let (mut real, mut pairs) = (0, 0);
         for g in &groups {
             let count = g.own.terms.len();
@@ -56,11 +56,11 @@ impl Part {
                     C::new(moved[(i, j)], moved[(i, count + j)]) * g.driven[(j, k / functions)]
                 };
                 if pole.im == 0.0 {
-                    (0..functions * functions).for_each(|k| residues[(k, terms.of_real(real))] = of(k).re);
+                    (0..functions * functions).for_each(|k| residues[(k, terms.of_real(real) - singles.len())] = of(k).re);
                     real += 1;
                 } else {
                     // R/(λ − p) and its conjugate.
-                    let [along, aside] = terms.of_pair(pairs);
+                    let [along, aside] = terms.of_pair(pairs).map(|column| column - singles.len());
                     for k in 0..functions * functions {
                         let residue = of(k);
                         (residues[(k, along)], residues[(k, aside)]) = (2.0 * residue.re, -2.0 * residue.im);
@@ -69,7 +69,7 @@ impl Part {
                 }
             }
         }
-        Some(Self { first: at, functions, singles, groups, terms, residues })
+        Some(Self { first: at, functions, singles, groups, terms, symmetric, residues })
     }
 
     /// Its G at each of `values`, real part and imaginary part, and the same of derivatives, N in all, `[functions²,
@@ -83,7 +83,23 @@ impl Part {
             slopes.push(self.terms.evaluate(lambda, &mut parts));
         }
         slopes.resize(values.len(), C::default());
-        (&self.residues * MatRef::from_column_major_slice(&shares, columns, 2 * N * values.len()), slopes)
+        let shares = MatRef::from_column_major_slice(&shares, columns, 2 * N * values.len());
+        let (of_singles, of_groups) = shares.split_at_row(self.singles.len());
+        let mut sums = &self.residues * of_groups;
+        if !self.singles.is_empty() {
+            let (symmetric, f) = (&self.symmetric * of_singles, self.functions);
+            let places = lower_half(f);
+            for l in 0..sums.ncols() {
+                let (sum, half) = (sums.col_as_slice_mut(l), symmetric.col_as_slice(l));
+                for (&[i, j], v) in places.iter().zip(half) {
+                    sum[i + f * j] += v;
+                    if i != j {
+                        sum[j + f * i] += v;
+                    }
+                }
+            }
+        }
+        (sums, slopes)
     }
 
     pub(super) fn poles(&self) -> Vec<C> {
@@ -148,6 +164,11 @@ impl Group {
     }
 }
 
+/// Rows and columns on and below the diagonal of a matrix of order `n`, column by column.
+fn lower_half(n: usize) -> Vec<[usize; 2]> {
+    (0..n).flat_map(|j| (j..n).map(move |i| [i, j])).collect()
+}
+
 /// Removes rounding at a pole: `v`, but zero if it is less than rounding of `size`.
 pub(super) fn off(v: C, size: f64) -> C {
     if v.norm_sqr() < (f64::EPSILON * size).powi(2) {
@@ -159,8 +180,7 @@ pub(super) fn off(v: C, size: f64) -> C {
 
 /// The modes from `first` to before `end` in groups that are coupled.
 pub(super) fn coupled(bodies: &CoupledModel, first: usize, end: usize) -> Vec<Vec<usize>> {
-    let diagonal = |m: &ModalMatrix| matches!(m, ModalMatrix::Diagonal(_));
-    if diagonal(&bodies.stiffness) && diagonal(&bodies.damping) {
+    if [&bodies.stiffness, &bodies.damping].iter().all(|m| m.is_diagonal(first, end)) {
         return (first..end).map(|i| vec![i]).collect();
     }
     let rate: Vec<f64> = (first..end).map(|i| bodies.stiffness.get(i, i).abs().sqrt()).collect();
@@ -184,6 +204,34 @@ pub(super) fn coupled(bodies: &CoupledModel, first: usize, end: usize) -> Vec<Ve
         groups.push(group);
     }
     groups
+}
+
+/// Amplitudes B of the functions of which the modes `psi` consist, `[r, modes]`, with rows of norm 1 and at right angles
+/// to each other, and the first one and the number of those of each body, whose modes lie between two of `ends`. Bodies
+/// that move alike over the contact share their functions: it sees the sum of their motions alone.
+pub(super) fn basis(psi: &Mat<f64>, ends: [(usize, usize); 2]) -> Option<(Mat<f64>, [[usize; 2]; 2])> {
+    let few = |(first, end): (usize, usize)| (FEW * (end - first) as f64) as usize;
+    let of = |range: (usize, usize), limit: usize| {
+        functions(psi.as_ref().subcols(range.0, range.1 - range.0).to_owned(), limit)
+    };
+    let both = [of(ends[0], few(ends[0]))?, of(ends[1], few(ends[1]))?];
+    let counts = [both[0].len(), both[1].len()];
+    let limit = (SHARED * (counts[0] + counts[1]) as f64) as usize;
+    let put = |basis: &mut Mat<f64>, (row, first): (usize, usize), functions: &[Vec<f64>]| {
+        for (i, f) in functions.iter().enumerate() {
+            f.iter().enumerate().for_each(|(j, v)| basis[(row + i, first + j)] = *v);
+        }
+    };
+    let shared = if counts.contains(&0) { None } else { of((0, psi.ncols()), limit) };
+    if let Some(shared) = shared {
+        let mut basis = Mat::<f64>::zeros(shared.len(), psi.ncols());
+        put(&mut basis, (0, 0), &shared);
+        return Some((basis, [[0, shared.len()]; 2]));
+    }
+    let mut basis = Mat::<f64>::zeros(counts[0] + counts[1], psi.ncols());
+    put(&mut basis, (0, ends[0].0), &both[0]);
+    put(&mut basis, (counts[0], ends[1].0), &both[1]);
+    Some((basis, [[0, counts[0]], counts]))
 }
 
 /// Orthonormal functions of the columns that the rows of `shapes` consist of, by elimination of the largest row each
