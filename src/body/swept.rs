@@ -206,7 +206,8 @@ impl<'w> Swept<'w> {
             |found: &usize| *found,
             |orders| {
                 let n = orders[world.rank];
-                let mine = halves.map_or_else(|| below(&self.forms, n, limit), |halves| halves.below(n, limit));
+                let mine = halves
+                    .map_or_else(|| below(&self.forms, n, limit), |halves| Ok(halves.below(n, limit)?.iter().sum()));
                 let mine = world.agree(mine)?;
                 let all = world.all_gather(&[(ContactModeData::families(n) * mine) as u64]);
                 Ok(all.into_iter().map(|found| found as usize).collect())

@@ -140,7 +140,9 @@ impl Forms {
 
     fn made(section: Section, material: Material, path: Path, free: &[bool], links: &[[usize; 2]]) -> Result<Self> {
         section.check(path)?;
-        let numbers = number(&section, free, links);
+        // The running line comes last: of a solution under loads there nothing before it has to be made.
+        let tread = section.running_at(0.0);
+        let numbers = number(&section, free, links, tread.as_flattened());
         let mut forms = Self::unassembled(section, material, path, numbers, None);
         forms.assemble();
         Ok(forms)
@@ -333,8 +335,18 @@ impl Forms {
         self.factor_in(Vec::new(), n, sigma)
     }
 
+    /// The same with the factor of forms that differ in the last nodes alone, those from the number `from` on.
+    fn factor_like(&self, other: &Factor, from: usize, n: usize, sigma: f64) -> Result<Factor> {
+        Factor::like(other, self.values(Vec::new(), n, sigma), 3 * from)
+    }
+
     /// The same in the memory of another factor.
     pub fn factor_in(&self, memory: Vec<f64>, n: usize, sigma: f64) -> Result<Factor> {
+        Factor::new(&self.envelope, self.values(memory, n, sigma))
+    }
+
+    /// The values of K_n − σM in the envelope, in the memory of others.
+    fn values(&self, memory: Vec<f64>, n: usize, sigma: f64) -> Vec<f64> {
         let mut values = self.envelope.empty(memory);
         let (w, x) = (self.path.length_integral(n), self.path.wavenumber(n));
         let [zero, one, two] = &self.stiffness;
@@ -371,7 +383,7 @@ impl Forms {
                 (0..3).for_each(|c| values[at + BLOCK * c + c] -= inertia);
             }
         }
-        Factor::new(&self.envelope, values)
+        values
     }
 
     /// Applies rotation at the order n, at 1 rad/s, to columns: (K_σ − K_c) x with the prestress `sigma`. K_c alone

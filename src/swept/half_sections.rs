@@ -1,8 +1,8 @@
 //! Modes of a mirror-symmetric body from one half of its section: two problems of half the size in place of one, and
-//! either kind of modes by itself. Factors and Krylov spaces grow with the square of the number of modes or more, so
-//! that they take half of the time and memory.
+//! either kind of modes by itself. The matrices of both kinds differ in the rows of the middle plane alone, which come
+//! last: both have one factor but for these rows.
 
-use super::modes::{below, of_order, Modes};
+use super::modes::{near_limit, with_factor, Modes};
 use super::{Forms, Mirror, Parity};
 use crate::Result;
 use faer::Mat;
@@ -14,31 +14,40 @@ const SAME: f64 = 1e-11;
 /// One half of a mirror-symmetric section, for the symmetric and for the antisymmetric modes.
 pub struct HalfSections<'m> {
     mirror: &'m Mirror,
-    halves: [(Forms, Parity); 2],
+    /// For symmetric and for antisymmetric motions.
+    halves: [Forms; 2],
 }
 
 impl<'m> HalfSections<'m> {
     /// The halves of `forms` on one side of the plane of `mirror`; none where the body is not symmetric about it with
     /// all that holds it.
     pub fn new(forms: &Forms, mirror: &'m Mirror) -> Option<Self> {
-        let half = |parity| Some((forms.half(mirror, parity)?, parity));
+        let half = |parity| forms.half(mirror, parity);
         Some(Self { mirror, halves: [half(Parity::Symmetric)?, half(Parity::Antisymmetric)?] })
     }
 
-    /// Number of eigenvalues of the order `n` below ω = `limit`, rad/s.
-    pub fn below(&self, n: usize, limit: f64) -> Result<usize> {
-        self.halves.iter().map(|(half, _)| below(half, n, limit)).sum()
+    /// Numbers of symmetric and of antisymmetric modes of the order `n` below ω = `limit`, rad/s, from the inertia of
+    /// K_n − ω²M.
+    pub fn below(&self, n: usize, limit: f64) -> Result<[usize; 2]> {
+        let [one, other] = &self.halves;
+        Ok(near_limit(limit, |square| one.factor_both(other, n, square))?.map(|factor| factor.negative()))
     }
 
     /// All modes of the order `n` up to ω = `limit`, rad/s, with amplitudes of `whole`, the forms of the whole section,
     /// and the parity of each, 1 or −1.
     pub fn of_order(&self, whole: &Forms, n: usize, limit: f64) -> Result<(Modes, Vec<f64>)> {
+        let counts = self.below(n, limit)?;
         let mut list = Vec::new();
         let mut found = Vec::new();
-        for (place, (half, parity)) in self.halves.iter().enumerate() {
-            let modes = of_order(half, n, limit)?;
-            list.extend((0..modes.omega.len()).map(|k| (modes.omega[k], place, k)));
-            found.push((modes, half, parity.sign()));
+        if counts != [0, 0] {
+            let [one, other] = &self.halves;
+            let factors = one.factor_both(other, n, one.shift())?;
+            let kinds = self.halves.iter().zip([Parity::Symmetric, Parity::Antisymmetric]);
+            for (place, (factor, (half, parity))) in factors.into_iter().zip(kinds).enumerate() {
+                let modes = with_factor(half, n, (limit, counts[place]), factor)?;
+                list.extend((0..modes.omega.len()).map(|k| (modes.omega[k], place, k)));
+                found.push((modes, half, parity.sign()));
+            }
         }
         list.sort_by(|a, b| a.0.total_cmp(&b.0));
         for k in 1..list.len() {

@@ -1,6 +1,7 @@
 //! Modes of a swept body, order by order, and the proof that none is missing.
 
 use super::krylov;
+use super::skyline_ldlt::Factor;
 use super::{blocks, Forms, LineLoad, Prestress, RotationBlocks, LOADS};
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
@@ -24,6 +25,13 @@ pub struct Modes {
     pub vectors: Mat<f64>,
     /// |K_n φ − ω²Mφ| / (|ω² − σ| |Mφ|), `[m]`, with the shift σ of the method.
     pub residual: Vec<f64>,
+}
+
+impl Modes {
+    /// An order without modes.
+    fn none(forms: &Forms, order: usize) -> Self {
+        Self { order, omega: Vec::new(), vectors: Mat::zeros(forms.order(), 0), residual: Vec::new() }
+    }
 }
 
 /// Modes of an order as contact and rotation need them: numbers alone, for all ranks.
@@ -184,26 +192,39 @@ pub fn contact_functions(vectors: MatRef<'_, f64>, loads: &[LineLoad]) -> Mat<f6
     seen
 }
 
-/// Number of eigenvalues of the order `n` below ω = `limit`, rad/s, from the inertia of K_n − ω²M.
-pub fn below(forms: &Forms, n: usize, limit: f64) -> Result<usize> {
-    let mut found = forms.factor(n, limit * limit);
+/// The result of `factor` at ω² of the `limit`, rad/s, or a little above it, where the limit meets an eigenvalue.
+pub(super) fn near_limit<T>(limit: f64, factor: impl Fn(f64) -> Result<T>) -> Result<T> {
+    let mut found = factor(limit * limit);
     for step in 1..4 {
         if found.is_ok() {
             break;
         }
-        found = forms.factor(n, limit * limit * (1.0 + f64::from(step) * ASIDE));
+        found = factor(limit * limit * (1.0 + f64::from(step) * ASIDE));
     }
-    Ok(found?.negative())
+    found
+}
+
+/// Number of eigenvalues of the order `n` below ω = `limit`, rad/s, from the inertia of K_n − ω²M.
+pub fn below(forms: &Forms, n: usize, limit: f64) -> Result<usize> {
+    Ok(near_limit(limit, |square| forms.factor(n, square))?.negative())
 }
 
 /// All modes of the order `n` up to ω = `limit`, rad/s; as many as the inertia of K_n − ω²M says.
 pub fn of_order(forms: &Forms, n: usize, limit: f64) -> Result<Modes> {
     let count = below(forms, n, limit)?;
     if count == 0 {
-        return Ok(Modes { order: n, omega: Vec::new(), vectors: Mat::zeros(forms.order(), 0), residual: Vec::new() });
+        return Ok(Modes::none(forms, n));
+    }
+    with_factor(forms, n, (limit, count), forms.factor(n, forms.shift())?)
+}
+
+/// The `count` modes of the order `n` up to ω = `limit`, rad/s, with the factor of K_n − σM at the shift of `forms`.
+pub(super) fn with_factor(forms: &Forms, n: usize, (limit, count): (f64, usize), factor: Factor) -> Result<Modes> {
+    if count == 0 {
+        return Ok(Modes::none(forms, n));
     }
     let sigma = forms.shift();
-    let factor = forms.factor(n, sigma)?.positive("K − σM of a section")?;
+    let factor = factor.positive("K − σM of a section")?;
     let pairs = krylov::lowest(forms, n, sigma, &factor, count)?;
     let found = pairs.lambda.iter().filter(|&&l| l <= limit * limit * (1.0 + 4.0 * ASIDE)).count();
     if found != count {

@@ -91,9 +91,22 @@ pub struct Factor {
 impl Factor {
     /// Factorises the symmetric matrix with these `values` of its lower triangle; their memory becomes that of the
     /// factor.
-    pub fn new(envelope: &Rc<Envelope>, mut values: Vec<f64>) -> Result<Self> {
-        let mut signs = vec![1.0; envelope.rows() * BLOCK];
-        for i in 0..envelope.rows() {
+    pub fn new(envelope: &Rc<Envelope>, values: Vec<f64>) -> Result<Self> {
+        Self::from_block(envelope, values, vec![1.0; envelope.rows() * BLOCK], 0)
+    }
+
+    /// Factorises the matrix with these `values` that has the envelope of the factor `other`, and its rows before
+    /// `row`.
+    pub fn like(other: &Self, mut values: Vec<f64>, row: usize) -> Result<Self> {
+        let begin = row / BLOCK;
+        let end = other.envelope.start[begin];
+        values[..end].copy_from_slice(&other.values[..end]);
+        Self::from_block(&other.envelope, values, other.signs.clone(), begin)
+    }
+
+    /// Factorises the block rows from `begin` on; those before it are of the factor already, with their `signs`.
+    fn from_block(envelope: &Rc<Envelope>, mut values: Vec<f64>, mut signs: Vec<f64>, begin: usize) -> Result<Self> {
+        for i in begin..envelope.rows() {
             let (above, from_here) = values.split_at_mut(envelope.start[i]);
             eliminate((envelope, i), above, &mut from_here[..envelope.start[i + 1] - envelope.start[i]], &mut signs)?;
         }
@@ -272,6 +285,15 @@ mod tests {
             let apart = (whole.as_ref().subrows(150, n - 150) - end.as_ref().subrows(150, n - 150)).norm_max();
             assert!(apart < 1e-12 * whole.norm_max(), "{shift} {apart:e}");
             assert_eq!(factor.negative() == 0, shift == 0.0);
+            // Another matrix that differs in the last rows.
+            let mut other = list.clone();
+            other.iter_mut().filter(|at| at.0 >= 190).for_each(|at| at.2 *= if at.0 == at.1 { -1.3 } else { 0.7 });
+            let mut values = factor.envelope.empty(Vec::new());
+            other.iter().for_each(|&(i, j, v)| values[factor.envelope.place(i, j)] += v);
+            let anew = Factor::new(&factor.envelope, values.clone()).unwrap();
+            let like = Factor::like(&factor, values, 190).unwrap();
+            assert!(like.values == anew.values && like.negative() == anew.negative());
+            assert!(like.negative() != factor.negative());
             memory = factor.into_memory();
         }
         let list = entries(n, 21.3);

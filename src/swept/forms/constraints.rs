@@ -151,6 +151,11 @@ impl ConstrainedNodes {
         }
     }
 
+    /// The first of the nodes of the middle plane, by its number.
+    pub fn first_in_middle(&self) -> Option<usize> {
+        self.nodes.iter().find(|(_, constraint)| constraint.middle.is_some()).map(|(node, _)| *node)
+    }
+
     /// Returns true if no node has a constraint.
     pub fn is_empty(&self) -> bool {
         self.nodes.is_empty()

@@ -10,8 +10,10 @@
 //!
 //! Blocks between a node of one half and one of the other are 0, as each element lies in one half.
 
-use super::{number, scaled, Block, Forms, Parity, Path};
+use super::{number, scaled, Block, Factor, Forms, Parity, Path};
 use crate::swept::{Mirror, Section};
+use crate::Result;
+use std::collections::HashMap;
 
 /// Parts of the diagonal that blocks and those of their mirror images may differ by.
 const SAME: f64 = 1e-9;
@@ -59,7 +61,8 @@ impl Forms {
         };
         let free: Vec<bool> = self.place.iter().map(Option::is_some).collect();
         let in_middle: Vec<usize> = (0..all.nodes.len()).filter(middle).collect();
-        let numbers = number(&section, &free, &[]);
+        // Matrices of both parities differ in the rows of the middle plane, which come last.
+        let numbers = number(&section, &free, &[], &in_middle);
         let mut half = Self::unassembled(section, self.material, self.path, numbers, Some((&in_middle, parity)));
         half.bearings = self.bearings.of_half(near, middle, |a, b| half.pair(a, b))?;
         let nodes = half.nodes();
@@ -74,6 +77,17 @@ impl Forms {
             half.mass[k] = share * self.mass[from];
         }
         Some(half)
+    }
+
+    /// K_n − σM of a half section, factorised for both parities: of the `other` one all but the last rows are the same.
+    pub fn factor_both(&self, other: &Self, n: usize, sigma: f64) -> Result<[Factor; 2]> {
+        let own = self.factor(n, sigma)?;
+        let same = self.envelope == other.envelope && self.place == other.place;
+        let like = match self.constraints.first_in_middle().filter(|_| same) {
+            Some(from) => other.factor_like(&own, from, n, sigma)?,
+            None => other.factor(n, sigma)?,
+        };
+        Ok([own, like])
     }
 
     /// Nodes of the section by their numbers among the free ones.
@@ -103,7 +117,7 @@ impl Forms {
             let size = |k: usize| trace(&self.stiffness[0][k]) + trace(&self.stiffness[2][k]);
             let stiff = SAME * (size(aa) * size(bb)).sqrt();
             let heavy = SAME * (self.mass[aa] * self.mass[bb]).sqrt();
-            let of = |all: &std::collections::HashMap<usize, Block>, k: usize| all.get(&k).copied().unwrap_or_default();
+            let of = |all: &HashMap<usize, Block>, k: usize| all.get(&k).copied().unwrap_or_default();
             self.stiffness.iter().all(|of| apart(&of[k], &seen(&of[image])) <= stiff)
                 && (self.mass[k] - self.mass[image]).abs() <= heavy
                 && bearings.iter().all(|all| apart(&of(all, k), &seen(&of(all, image))) <= stiff)

@@ -27,8 +27,14 @@ impl NodePairs {
     }
 }
 
-/// Numbers of the free nodes of a section, and the pairs of them that share an element or are among `links`.
-pub(super) fn number(section: &Section, free: &[bool], links: &[[usize; 2]]) -> (Vec<Option<usize>>, NodePairs) {
+/// Numbers of the free nodes of a section, and the pairs of them that share an element or are among `links`. The nodes
+/// of `last` have the highest numbers.
+pub(super) fn number(
+    section: &Section,
+    free: &[bool],
+    links: &[[usize; 2]],
+    last: &[usize],
+) -> (Vec<Option<usize>>, NodePairs) {
     let mut near = vec![BTreeSet::new(); section.nodes.len()];
     links.iter().for_each(|[a, b]| {
         near[*a].insert(*b);
@@ -43,9 +49,7 @@ pub(super) fn number(section: &Section, free: &[bool], links: &[[usize; 2]]) -> 
     kept.iter().enumerate().for_each(|(i, &k)| index[k] = Some(i));
     let others = |k: usize| near[k].iter().filter(|&&b| b != k).filter_map(|&b| index[b]).collect();
     let neighbours: Vec<Vec<usize>> = kept.iter().map(|&k| others(k)).collect();
-    // The running line comes last: of a solution under loads there nothing before it has to be made.
-    let tread = section.running_at(0.0);
-    let last: BTreeSet<usize> = tread.iter().flatten().filter_map(|&k| index[k]).collect();
+    let last: BTreeSet<usize> = last.iter().filter_map(|&k| index[k]).collect();
     let order = reverse_cuthill_mckee(&neighbours, &last.into_iter().collect::<Vec<usize>>());
     let mut place = vec![None; near.len()];
     order.iter().enumerate().for_each(|(new, &i)| place[kept[i]] = Some(new));

@@ -27,7 +27,9 @@ fn half_sections_have_the_modes_of_the_whole() {
         let mut whole = of_order(&forms, n, limit).unwrap();
         let parity = mirror.separate(&forms, &mut whole);
         let (found, own) = halves.of_order(&forms, n, limit).unwrap();
-        assert_eq!((found.omega.len(), halves.below(n, limit).unwrap()), (whole.omega.len(), whole.omega.len()));
+        let counts = halves.below(n, limit).unwrap();
+        assert_eq!((found.omega.len(), counts[0] + counts[1]), (whole.omega.len(), whole.omega.len()));
+        assert_eq!(counts[0], parity.iter().filter(|p| **p > 0.0).count(), "{n}");
         assert!(found.omega.len() > 5 && found.omega.windows(2).all(|w| w[0] <= w[1]), "{n}: {:?}", found.omega);
         for (omega, sign) in whole.omega.iter().zip(&parity) {
             let same = |(w, p): (&f64, &f64)| (w - omega).abs() <= 1e-8 * omega && (p - sign).abs() < 1e-6;
