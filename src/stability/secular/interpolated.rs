@@ -1,4 +1,5 @@
-//! Interpolation of the forces of the contact over λ, along the frequencies of the modes: Chebyshev polynomials of ln λ.
+//! Interpolation of the forces of the contact over λ, along the frequencies of the modes: Chebyshev polynomials of ln
+//! λ.
 
 use super::{Condensed, C};
 use faer::Mat;

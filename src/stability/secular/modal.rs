@@ -302,11 +302,7 @@ impl Modes {
     }
 
     /// The modes with these amplitudes of the functions, of which each body has those from a first one on, so many.
-    fn with_basis(
-        bodies: &CoupledModel,
-        (basis, blocks): (Mat<f64>, [[usize; 2]; 2]),
-        within: f64,
-    ) -> Option<Self> {
+    fn with_basis(bodies: &CoupledModel, (basis, blocks): (Mat<f64>, [[usize; 2]; 2]), within: f64) -> Option<Self> {
         let (m, lower) = (bodies.omega.len(), bodies.lower_modes);
         let ends = [(0, lower), (lower, m)];
         let mut parts = Vec::new();

@@ -36,8 +36,8 @@ impl Forms {
         self.inertia(part.as_ref(), 1.0)
     }
 
-    /// Projects columns of amplitudes of the order n, `[order, k]`, on motions that meet the constraints: regular on the
-    /// axle, and of a half section symmetric or antisymmetric in its middle plane.
+    /// Projects columns of amplitudes of the order n, `[order, k]`, on motions that meet the constraints: regular on
+    /// the axle, and of a half section symmetric or antisymmetric in its middle plane.
     pub fn make_regular(&self, n: usize, x: &mut Mat<f64>) {
         self.constraints.project(n, x);
     }

@@ -56,7 +56,8 @@ impl Part {
                     C::new(moved[(i, j)], moved[(i, count + j)]) * g.driven[(j, k / functions)]
                 };
                 if pole.im == 0.0 {
-                    (0..functions * functions).for_each(|k| residues[(k, terms.of_real(real) - singles.len())] = of(k).re);
+                    (0..functions * functions)
+                        .for_each(|k| residues[(k, terms.of_real(real) - singles.len())] = of(k).re);
                     real += 1;
                 } else {
                     // R/(λ − p) and its conjugate.
@@ -206,8 +207,8 @@ pub(super) fn coupled(bodies: &CoupledModel, first: usize, end: usize) -> Vec<Ve
     groups
 }
 
-/// Amplitudes B of the functions of which the modes `psi` consist, `[r, modes]`, with rows of norm 1 and at right angles
-/// to each other, and the first one and the number of those of each body, whose modes lie between two of `ends`. Bodies
+/// Amplitudes B of the functions of which the modes `psi` consist, `[r, modes]`, with orthonormal rows, and the first
+/// one and the number of those of each body, whose modes lie between two of `ends`. Bodies
 /// that move alike over the contact share their functions: it sees the sum of their motions alone.
 pub(super) fn basis(psi: &Mat<f64>, ends: [(usize, usize); 2]) -> Option<(Mat<f64>, [[usize; 2]; 2])> {
     let few = |(first, end): (usize, usize)| (FEW * (end - first) as f64) as usize;
