@@ -309,7 +309,8 @@ impl Secular {
         let mut found: Vec<C> = Vec::new();
         for (j, v) in all.iter().enumerate() {
             let settled = j < first || (moving.binary_search(&j).is_err() && good(v));
-            if settled && found.iter().all(|a| (a - v).norm() > APART * v.norm()) {
+            let apart = APART * APART * v.norm_sqr();
+            if settled && found.iter().all(|a| (a - v).norm_sqr() > apart) {
                 found.push(*v);
             }
         }

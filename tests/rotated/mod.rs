@@ -1,7 +1,7 @@
 //! A pair of bodies in other modal coordinates: the same bodies, with full modal matrices.
 
 use faer::Mat;
-use railsqueal::body::ModalMatrix;
+use railsqueal::body::{ModalBlock, ModalMatrix};
 use railsqueal::model::CoupledModel;
 
 /// I − 2 v vᵀ / |v|², with no entry of v that is 0.
@@ -15,7 +15,7 @@ fn turn(n: usize) -> Mat<f64> {
 pub fn rotated(pair: &CoupledModel) -> (CoupledModel, Mat<f64>) {
     let (m1, m) = (pair.lower_modes, pair.omega.len());
     let turns = [turn(m1), turn(m - m1)];
-    let q = ModalMatrix::Blocks(turns.to_vec()).full();
+    let q = ModalMatrix::Blocks(turns.iter().cloned().map(ModalBlock::Full).collect()).full();
     let of = |matrix: &ModalMatrix| {
         let block = |(first, q): (usize, &Mat<f64>)| {
             let own = Mat::from_fn(q.nrows(), q.nrows(), |i, j| matrix.get(first + i, first + j));
@@ -23,7 +23,7 @@ pub fn rotated(pair: &CoupledModel) -> (CoupledModel, Mat<f64>) {
             // Symmetric to the last bit, as what is made from symmetric matrices.
             Mat::from_fn(q.nrows(), q.nrows(), |i, j| 0.5 * (turned[(i, j)] + turned[(j, i)]))
         };
-        ModalMatrix::Blocks([0, m1].into_iter().zip(&turns).map(block).collect())
+        ModalMatrix::Blocks([0, m1].into_iter().zip(&turns).map(block).map(ModalBlock::Full).collect())
     };
     let turned = CoupledModel {
         modes: &pair.modes * &q,

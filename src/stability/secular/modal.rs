@@ -377,9 +377,14 @@ impl Modes {
     /// Adds K G of r × r matrices given by columns to `out`; G has a block for each body, or one where both bodies
     /// consist of the same functions.
     pub fn add_product(&self, k: &[C], g: &[C], out: &mut [C]) {
+        add_product((k, g), self.seen, &self.blocks(), out);
+    }
+
+    /// First function and number of functions of each block of G.
+    pub fn blocks(&self) -> Vec<[usize; 2]> {
         let mut blocks: Vec<[usize; 2]> = self.parts.iter().map(|p| [p.first, p.functions]).collect();
         blocks.dedup();
-        add_product((k, g), self.seen, &blocks, out);
+        blocks
     }
 
     /// G at each of `values`, by columns, one after the other, `[r²]` each.
