@@ -128,7 +128,7 @@ fn with_modes(s: &Interface, of: impl Fn(usize, usize) -> f64) -> CoupledModel {
 #[test]
 fn functions_are_shared_where_bodies_have_the_same() {
     let s = interface();
-    let phase = |i: usize, k: usize, n: usize| (1.3 * k as f64 + 2.1 * n as f64 + 0.7 * (i % 3) as f64).sin();
+    let phase = |i: usize, k: usize, n: usize| ((1.3 + 0.4 * n as f64) * k as f64 + 0.7 * (i % 3) as f64).sin();
     let alike = with_modes(&s, |i, k| {
         let [x, y] = s.point(i / 3);
         0.05 * (phase(i, k, 0) + 10.0 * (x * phase(i, k, 1) + y * phase(i, k, 2)))
