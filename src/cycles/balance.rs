@@ -359,7 +359,8 @@ impl<'a, 's> Balance<'a, 's> {
         // The functions of the motion at a sample: 1, cos θ, sin θ, cos 2θ, …
         let functions = |n: usize| -> Vec<f64> {
             let angle = |k: usize| 2.0 * PI * ((k * n) % samples) as f64 / samples as f64;
-            let one = |b: usize| if b > 0 && b % 2 == 0 { angle(b / 2).sin() } else { angle(b.div_ceil(2)).cos() };
+            let one =
+                |b: usize| if b > 0 && b.is_multiple_of(2) { angle(b / 2).sin() } else { angle(b.div_ceil(2)).cos() };
             (0..=2 * harmonics).map(one).collect()
         };
         let unit = self.unit;
