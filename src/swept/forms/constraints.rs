@@ -1,9 +1,9 @@
 //! Constraints of nodes: regularity on the axle of a solid body, and symmetry in the middle plane of a half section.
 //!
-//! The displacement on the axle is one vector for all angles. Of order 0, u = (U, V, W), it lies along the axle: U = V
-//! = 0. At order 1, (U cos θ, V sin θ, W cos θ), it is across the axle and constant: u_z = U cos²θ − V sin²θ, so that U
-//! + V = 0, and W = 0. Of higher orders it is 0. With these conditions met, no strain at an integration point has a
-//!   part of a node on the axle that goes with 1/r.
+//! The displacement on the axle is one vector for all angles. Of order 0, u = (U, V, W), it lies along the axle:
+//! U = V = 0. At order 1, (U cos θ, V sin θ, W cos θ), it is across the axle and constant: u_z = U cos²θ − V sin²θ, so
+//! that U + V = 0 and W = 0. Of higher orders it is 0. With these conditions met, no strain at an integration point has
+//! a part of a node on the axle that goes with 1/r.
 //!
 //! The mirror about the middle plane takes (U, V, W) to (U, V, −W). In that plane a symmetric motion has W = 0, and an
 //! antisymmetric one U = V = 0.

@@ -68,31 +68,3 @@ fn bodies_that_are_no_mirror_images_have_no_half_sections() {
     section.groups.get_mut(SEATS).unwrap().retain(|&k| nodes[k][1] < 0.75);
     assert!(HalfSections::new(&held(section), &mirror).is_none());
 }
-
-/// Processor time of this thread, s.
-fn processor_time() -> f64 {
-    let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap();
-    text.split_whitespace().next().unwrap().parse::<f64>().unwrap() * 1e-9
-}
-
-/// The modes of the wheelset to 6 kHz take at most three times the processor time of those of one wheel.
-#[test]
-#[ignore = "long: scripts/validate lib"]
-fn modes_of_a_wheelset_take_at_most_three_times_those_of_a_wheel() {
-    let limit = 2.0 * PI * 6000.0;
-    let timed = |of: &dyn Fn(usize) -> usize| {
-        let start = processor_time();
-        let orders = by_orders(1, |count: &usize| *count, |orders| Ok(vec![of(orders[0])])).unwrap();
-        (processor_time() - start, orders.iter().sum::<usize>())
-    };
-    let section = SectionSource::Wheel(Wheel::w920s(0.0)).for_modes().unwrap();
-    let single = Forms::new(section, STEEL_OF_WHEELS, &["inner".into()]).unwrap();
-    let (forms, mirror) = wheelset(false, [(-1.0, [1e6; 3]), (1.0, [1e6; 3])]);
-    let halves = HalfSections::new(&forms, &mirror).unwrap();
-    let (one, of_wheel) = timed(&|n| of_order(&single, n, limit).unwrap().omega.len());
-    let (two, of_halves) = timed(&|n| halves.of_order(&forms, n, limit).unwrap().0.omega.len());
-    let (all, of_whole) = timed(&|n| of_order(&forms, n, limit).unwrap().omega.len());
-    println!("wheel {of_wheel} modes of {} amplitudes: {one:.2} s", single.order());
-    println!("wheelset {of_halves} of {}: {two:.2} s by half sections, {all:.2} s without", forms.order());
-    assert!(of_halves == of_whole && two < 3.0 * one, "{of_halves} {of_whole}: {two} s and {one} s");
-}
