@@ -3,22 +3,20 @@
 //! Few modes are followed themselves; of many, and where the contact remembers more than a period, the contact is
 //! linearised and closed through the modes (`hill`).
 //!
-//! Every modal displacement and velocity is changed a little at phase zero, and the change followed through two periods
-//! by the transient itself. The contact has no part of its own in the state that is changed, so that with the blocks
+//! A small change of every modal displacement and velocity at phase zero is followed through two periods by the
+//! linearised steps of the transient. The contact has no part of its own in the state that is changed, so that with the blocks
 //! of the monodromy matrix for modes (y) and contact (c) these are M₁ = Φ_yy and M₂ = Φ_yy² + Φ_yc Φ_cy. What the
 //! contact knew a period ago is forgotten, Φ_cc Φ_cy = 0, and eigenvalues obey (μ² − μ M₁ − (M₂ − M₁²)) y = 0.
 
 use super::balance::{Balance, Conditions, PeriodicSolution, Resolution, Structure};
 use super::hill::multipliers_near_the_circle;
-use crate::transient::stepper::{Settings, State, Stepper};
+use crate::transient::stepper::{Settings, State, StateChanges, Stepper};
 use crate::transient::{Energy, Model, Scheme};
 use crate::{Error, Result};
 use faer::Mat;
 
 type C = num_complex::Complex<f64>;
 
-/// Change of the modes, of the square root of the energy of the motion.
-const CHANGE: f64 = 1e-6;
 /// Residual of the contact laws of a step relative to the normal force.
 const SHARP: f64 = 1e-12;
 
@@ -110,35 +108,28 @@ pub(super) fn through_modes(
     let typical = 2.0 * std::f64::consts::PI * cycle.frequency;
     // In √J: displacements count by the frequency of their modes.
     let weight = |k: usize| omega[k].max(typical);
-    let mut stepper = Stepper::new(model, settings, start.clone())?;
-    let mut through = |state: State| -> Result<[Vec<f64>; 2]> {
-        stepper.put(state)?;
-        let mut ends = [Vec::new(), Vec::new()];
-        for end in &mut ends {
-            for _ in 0..samples {
-                stepper.advance()?;
-            }
-            let s = stepper.state();
-            *end = s.q.iter().enumerate().map(|(k, q)| weight(k) * q).chain(s.v.iter().copied()).collect();
-        }
-        Ok(ends)
+    let mut stepper = Stepper::new(model, settings, start)?;
+    let unit = |part: usize| {
+        Mat::from_fn(m, 2 * m, |i, column| match (column == part * m + i, part) {
+            (true, 0) => 1.0 / weight(i),
+            (true, _) => 1.0,
+            (false, _) => 0.0,
+        })
     };
-    let base = through(start.clone())?;
-    let by = CHANGE * (2.0 * cycle.kinetic).sqrt().max(1e-9);
-    let mut powers = [Mat::<f64>::zeros(2 * m, 2 * m), Mat::zeros(2 * m, 2 * m)];
-    for column in 0..2 * m {
-        let mut state = start.clone();
-        match column < m {
-            true => state.q[column] += by / weight(column),
-            false => state.v[column - m] += by,
+    let mut changes = StateChanges::of_modes(&stepper, unit(0), unit(1));
+    let mut powers = Vec::new();
+    for _ in 0..2 {
+        for _ in 0..samples {
+            stepper.advance_modes_with(&mut changes)?;
         }
-        let ends = through(state)?;
-        for (power, (end, base)) in powers.iter_mut().zip(ends.iter().zip(&base)) {
-            (0..2 * m).for_each(|i| power[(i, column)] = (end[i] - base[i]) / by);
-        }
+        let [q, v] = changes.modes();
+        powers.push(Mat::from_fn(2 * m, 2 * m, |i, column| match i < m {
+            true => weight(i) * q[(i, column)],
+            false => v[(i - m, column)],
+        }));
     }
-    let [one, two] = powers;
-    let rest = &two - &one * &one;
+    let [one, two] = &powers[..] else { return Err(Error::Defect("limit cycles: two periods".into())) };
+    let rest = two - one * one;
     let n = 2 * m;
     let companion = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
         (true, true) => one[(i, j)],

@@ -18,6 +18,12 @@ pub trait Dynamics {
     /// v) at the end. Once in each step.
     fn free(&mut self, q: &[f64], v: &[f64], f: &[f64]) -> Result<(Vec<f64>, Vec<f64>)>;
 
+    /// Changes of (q, v) at the end of a step without the reaction at its end, by small changes of `q`, `v` and `f` at
+    /// its beginning; none where they are not known.
+    fn free_change(&self, _q: &[f64], _v: &[f64], _f: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+        None
+    }
+
     /// Part of the response that W leaves out, under the forces `f` at the beginning of a step, at the contact, `[m]`;
     /// none where W is complete.
     fn lag(&self, f: &[f64]) -> Option<Vec<f64>>;

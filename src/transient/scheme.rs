@@ -93,6 +93,19 @@ impl Modal {
         };
         Ok(Self { h, theta, gamma, load, motion })
     }
+
+    /// (q, v) at the end of a step from `q`, `v` under the `force` at its beginning, `[m]`.
+    fn end(&self, q: &[f64], v: &[f64], force: Vec<f64>) -> (Vec<f64>, Vec<f64>) {
+        let (h, theta) = (self.h, self.theta);
+        let change: Vec<f64> = match &self.motion {
+            Modes::ModeComplement { stiffness, damping, inverse } => (0..q.len())
+                .map(|k| h * inverse[k] * (force[k] - damping[k] * v[k] - stiffness[k] * (q[k] + theta * h * v[k])))
+                .collect(),
+            Modes::Coupled(coupled) => coupled.change(force, q, v),
+        };
+        let q = q.iter().zip(v).zip(&change).map(|((q, v), change)| q + h * (v + theta * change)).collect();
+        (q, v.iter().zip(&change).map(|(v, change)| v + change).collect())
+    }
 }
 
 impl Dynamics for Modal {
@@ -113,26 +126,12 @@ impl Dynamics for Modal {
     /// The step without the reaction at its end, from displacements `q`, velocities `v` and the modal reactions at
     /// its beginning `f` (all `[m]`): (q, v) at the end.
     fn free(&mut self, q: &[f64], v: &[f64], f: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
-        let (h, theta) = (self.h, self.theta);
-        let (mut q_end, mut v_end) = (vec![0.0; q.len()], vec![0.0; q.len()]);
-        let force = |k: usize| self.load[k] + (1.0 - self.gamma) * f[k];
-        let mut end = |k: usize, change: f64| {
-            v_end[k] = v[k] + change;
-            q_end[k] = q[k] + h * (v[k] + theta * change);
-        };
-        match &self.motion {
-            Modes::ModeComplement { stiffness, damping, inverse } => {
-                for k in 0..q.len() {
-                    let rate = force(k) - damping[k] * v[k] - stiffness[k] * (q[k] + theta * h * v[k]);
-                    end(k, h * inverse[k] * rate);
-                }
-            }
-            Modes::Coupled(coupled) => {
-                let change = coupled.change((0..q.len()).map(force).collect(), q, v);
-                change.into_iter().enumerate().for_each(|(k, c)| end(k, c));
-            }
-        }
-        Ok((q_end, v_end))
+        let force = self.load.iter().zip(f).map(|(load, f)| load + (1.0 - self.gamma) * f).collect();
+        Ok(self.end(q, v, force))
+    }
+
+    fn free_change(&self, q: &[f64], v: &[f64], f: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+        Some(self.end(q, v, f.iter().map(|f| (1.0 - self.gamma) * f).collect()))
     }
 
     /// Modal displacements that the skew part of A⁻¹, which [`operator`](Self::operator) leaves out, makes of modal

@@ -239,12 +239,12 @@ impl<'a> Stepper<'a> {
         self.advance_changed(None)
     }
 
-    fn advance_changed(&mut self, changes: Option<(&mut StateChanges, MatRef<'_, f64>)>) -> Result<()> {
+    fn advance_changed(&mut self, changes: Option<(&mut StateChanges, Option<MatRef<'_, f64>>)>) -> Result<()> {
         let (step, time) = (self.state.step + 1, self.time() + self.settings.scheme.step);
         self.one(changes).map_err(|e| e.context(format!("time step {step} (t = {time:.6e} s)")))
     }
 
-    fn one(&mut self, changes: Option<(&mut StateChanges, MatRef<'_, f64>)>) -> Result<()> {
+    fn one(&mut self, changes: Option<(&mut StateChanges, Option<MatRef<'_, f64>>)>) -> Result<()> {
         let (h, theta) = (self.settings.scheme.step, self.settings.scheme.theta);
         let rank = self.shapes.rank();
         let t = self.time();

@@ -1,6 +1,7 @@
-//! Steps of small changes: the derivative of a step of a driven stepper, of many changes at once.
+//! Steps of small changes: the derivative of a step, of many changes at once.
 //!
-//! With δu⁰ the change of the displacements before the step, the displacements of the core without its reactions
+//! The motion behind the contact without the reactions of the step changes by δq, that of a driven stepper by what is
+//! given. With δu⁰ the change of the displacements before the step, the displacements of the core without its reactions
 //! change by δb = Ψ δq − δ(foot), and its reactions by δR with
 //!
 //! M δt + e δp + B δu_t + c δμ⁰ = 0,   δu_n = 0 at closed nodes,   δR = 0 at open ones,
@@ -15,73 +16,142 @@ use super::step_result::StepEnd;
 use super::Stepper;
 use crate::contact::law::{across, size as size_of, Tangent};
 use crate::dense::dot;
-use crate::transient::aligned::padded_len;
 use crate::transient::departure_point::DeparturePoint;
+use crate::transient::model::Impact;
 use crate::transient::problem::{node, StepProblem};
 use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
-/// StateChanges of the state of a driven stepper, one in each of c columns.
+/// Small changes of the state of a stepper, one in each of c columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateChanges {
-    /// StateChanges of the coordinates behind the contact, `[m, c]`.
-    motion: Mat<f64>,
-    /// Nodes whose reactions change, `[k]`, and the changes, N, `[3k, c]`.
-    closed: Vec<usize>,
+    /// Changes of the modal displacements, m √kg, and velocities, m √kg/s, `[m, c]` each; without rows of a driven
+    /// stepper.
+    modes: [Mat<f64>; 2],
+    /// Changes of the motion that the contact saw in the last step without its reactions, `[r, c]`.
+    seen: Mat<f64>,
+    /// Reactions that changed in the last step: row of each unknown with its parts (x, y, n), and the unknowns, N,
+    /// `[k, c]`.
+    parts: Vec<(usize, [f64; 3])>,
     reaction: Mat<f64>,
-    /// Nodes whose displacements are known, `[f]`, and their changes, m, `[3f, c]`.
-    known: Vec<usize>,
-    displacement: Mat<f64>,
-    /// StateChanges of the coefficients of friction, `[n, c]`; without rows where friction is constant.
+    /// Changes of the coefficients of friction, `[n, c]`; without rows where friction is constant.
     friction: Mat<f64>,
-    /// StateChanges of the rigid motions, m, `[motions, c]`.
+    /// Changes of the rigid motions, m, `[motions, c]`.
     motions: Mat<f64>,
     /// Ψᵀ δR of the last step, `[m, c]`.
     force: Mat<f64>,
 }
 
 impl StateChanges {
-    /// StateChanges `motion`, `[m, c]`, of the coordinates behind the contact of `stepper` alone.
+    /// Changes `motion`, `[m, c]`, of the coordinates behind the contact of the driven `stepper` alone.
     pub fn of_motion(stepper: &Stepper<'_>, motion: Mat<f64>) -> Self {
         let (state, columns) = (&stepper.state, motion.ncols());
         Self {
-            closed: Vec::new(),
+            modes: [Mat::zeros(0, columns), Mat::zeros(0, columns)],
+            parts: Vec::new(),
             reaction: Mat::zeros(0, columns),
-            known: Vec::new(),
-            displacement: Mat::zeros(0, columns),
             friction: Mat::zeros(state.friction.len(), columns),
             motions: Mat::zeros(state.motions.len(), columns),
             force: Mat::zeros(motion.nrows(), columns),
-            motion,
+            seen: motion,
         }
     }
 
-    /// StateChanges of the forces on the coordinates behind the contact in the last step, Ψᵀ δR, `[m, c]`.
+    /// Changes of the modal `displacement` and `velocity`, `[m, c]`, of `stepper` alone.
+    pub fn of_modes(stepper: &Stepper<'_>, displacement: Mat<f64>, velocity: Mat<f64>) -> Self {
+        let force = Mat::zeros(displacement.nrows(), displacement.ncols());
+        let seen = stepper.seen(&displacement);
+        Self { force, modes: [displacement, velocity], ..Self::of_motion(stepper, seen) }
+    }
+
+    /// Changes of the modal displacements and velocities, `[m, c]`.
+    pub fn modes(&self) -> [MatRef<'_, f64>; 2] {
+        self.modes.each_ref().map(Mat::as_ref)
+    }
+
+    /// Changes of the forces on the coordinates behind the contact in the last step, Ψᵀ δR, `[m, c]`.
     pub fn force(&self) -> MatRef<'_, f64> {
         self.force.as_ref()
     }
+}
+
+/// Where the departure points of some nodes take their displacements from.
+#[derive(Default)]
+struct Feet {
+    /// Rows of the interface that they take.
+    rows: Vec<usize>,
+    /// Row of the nodes, place in `rows`, part in it.
+    takes: Vec<(usize, usize, f64)>,
+    /// Row of the nodes, patch, part in its approach.
+    sinks: Vec<(usize, usize, f64)>,
 }
 
 impl Stepper<'_> {
     /// One step of a [driven](Self::driven) stepper, with its small `changes`, whose coordinates end changed by `ends`,
     /// `[m, c]`. An error where the laws hold at points of quadrature or the step is singular.
     pub fn advance_with(&mut self, changes: &mut StateChanges, ends: MatRef<'_, f64>) -> Result<()> {
-        self.advance_changed(Some((changes, ends)))
+        self.advance_changed(Some((changes, Some(ends))))
     }
 
-    /// The changes at the end of the step that `end` ends, in the state before it.
+    /// One step of a stepper on modes, with the small `changes` of its state. Errors as of
+    /// [`advance_with`](Self::advance_with), and where nodes strike each other or the motion behind the contact is not
+    /// that of modes.
+    pub fn advance_modes_with(&mut self, changes: &mut StateChanges) -> Result<()> {
+        self.advance_changed(Some((changes, None)))
+    }
+
+    /// Cᵀ of each column of `motion`, `[m, c]`: what the contact sees of it, `[r, c]`.
+    fn seen(&self, motion: &Mat<f64>) -> Mat<f64> {
+        let mut out = Mat::zeros(self.shapes.rank(), motion.ncols());
+        for column in 0..motion.ncols() {
+            let seen = self.shapes.contact_amplitudes(motion.col_as_slice(column));
+            out.col_as_slice_mut(column).copy_from_slice(&seen);
+        }
+        out
+    }
+
+    /// Changes of the modes at the end of the step without its reactions, and what the contact sees of them.
+    fn free_changes(&self, changes: &StateChanges) -> Result<([Mat<f64>; 2], Mat<f64>)> {
+        let mut modes = changes.modes.clone();
+        let mut motion = modes[0].clone();
+        for column in 0..motion.ncols() {
+            let [q, v] = changes.modes.each_ref().map(|m| m.col_as_slice(column));
+            let force = changes.force.col_as_slice(column);
+            let (q, v) = self
+                .motion
+                .free_change(q, v, force)
+                .ok_or_else(|| Error::Defect("a linearised step of bodies that are not modes".into()))?;
+            let to = motion.col_as_slice_mut(column);
+            to.copy_from_slice(&q);
+            if let Some(lag) = self.motion.lag(force) {
+                to.iter_mut().zip(lag).for_each(|(q, l)| *q += l);
+            }
+            modes[0].col_as_slice_mut(column).copy_from_slice(&q);
+            modes[1].col_as_slice_mut(column).copy_from_slice(&v);
+        }
+        Ok((modes, self.seen(&motion)))
+    }
+
+    /// The changes at the end of the step that `end` ends, in the state before it; its motion is changed by `ends`, or
+    /// as the modes go on.
     pub(super) fn change(
         &self,
-        (changes, ends): (&mut StateChanges, MatRef<'_, f64>),
+        (changes, ends): (&mut StateChanges, Option<MatRef<'_, f64>>),
         drive: &StepDrive,
         end: &StepEnd,
     ) -> Result<()> {
-        if self.integrated.is_some() {
-            return Err(Error::Defect("a linearised step with the laws at points of quadrature".into()));
+        if self.integrated.is_some() || (ends.is_none() && self.impact == Impact::Rigid) {
+            return Err(Error::Defect(
+                "a linearised step with laws at points of quadrature or nodes that strike".into(),
+            ));
         }
+        let (mut modes, seen) = match ends {
+            Some(ends) => (changes.modes.clone(), ends.to_owned()),
+            None => self.free_changes(changes)?,
+        };
         let ws = &self.working;
-        let (core, columns, h) = (ws.core, ends.ncols(), self.settings.scheme.step);
+        let (core, columns, h) = (ws.core, seen.ncols(), self.settings.scheme.step);
         let problem = StepProblem {
             matrix: &ws.w,
             free: &self.posed,
@@ -92,7 +162,6 @@ impl Stepper<'_> {
             borders: &drive.borders,
             tolerance: self.settings.tolerance,
         };
-        let free = self.changed_free(changes, ends);
         let remembered = self.changed_memory(changes);
         let solution = &end.solution;
         let u = problem.displacement(&solution.response, &solution.shift);
@@ -110,21 +179,21 @@ impl Stepper<'_> {
                 Some(ClosedNode::new(i, tangent, [problem.rho(i).normal, found.pressure], remembered.nrows() == 0))
             })
             .collect();
-        let rows: Vec<(&ClosedNode, &Equation)> =
-            nodes.iter().flat_map(|n| n.rows.iter().map(move |r| (n, r))).collect();
-        let parts: Vec<(&ClosedNode, &[f64; 3])> =
-            nodes.iter().flat_map(|n| n.parts.iter().map(move |p| (n, p))).collect();
-        // Displacements of the nodes by each unknown.
-        let mut response = Mat::<f64>::zeros(3 * ws.full, parts.len());
-        let around = ws.rows() - 3 * core;
-        let stride = padded_len::<f64>(around);
+        let free = self.changed_free(changes, &seen, &nodes);
+        // Of each equation and each unknown the place of its node among the closed ones.
+        let rows: Vec<(usize, &Equation)> =
+            nodes.iter().enumerate().flat_map(|(k, n)| n.rows.iter().map(move |r| (k, r))).collect();
+        let parts: Vec<(usize, &[f64; 3])> =
+            nodes.iter().enumerate().flat_map(|(k, n)| n.parts.iter().map(move |p| (k, p))).collect();
+        // Displacements of the closed nodes by each unknown.
+        let mut response = Mat::<f64>::zeros(3 * nodes.len(), parts.len());
         for (k, (node, part)) in parts.iter().enumerate() {
-            let (own, beside) = response.col_as_slice_mut(k).split_at_mut(3 * core);
+            let out = response.col_as_slice_mut(k);
             for c in (0..3).filter(|&c| part[c] != 0.0) {
-                let column = 3 * node.at + c;
-                own.iter_mut().zip(ws.w.col(column)).for_each(|(o, w)| *o += part[c] * w);
-                let beyond = &ws.around[stride * column..];
-                beside.iter_mut().zip(beyond).for_each(|(o, w)| *o += part[c] * w);
+                let column = ws.w.col(3 * nodes[*node].at + c);
+                for (of, out) in nodes.iter().zip(out.chunks_exact_mut(3)) {
+                    (0..3).for_each(|d| out[d] += part[c] * column[3 * of.at + d]);
+                }
             }
         }
         let size = parts.len() + drive.borders.len();
@@ -132,28 +201,28 @@ impl Stepper<'_> {
         for (k, (node, part)) in parts.iter().enumerate() {
             let (u, out) = (response.col_as_slice(k), system.col_as_slice_mut(k));
             for (o, (of, row)) in out.iter_mut().zip(&rows) {
-                *o = row.moved(&u[3 * of.at..3 * of.at + 3]);
-                if of.at == node.at {
+                *o = row.moved(&u[3 * of..3 * of + 3]);
+                if of == node {
                     *o += dot(&row.reaction, *part);
                 }
             }
             for (b, border) in drive.borders.iter().enumerate() {
-                out[parts.len() + b] = dot(&border.row[ws.patch_of(node.at)], *part);
+                out[parts.len() + b] = dot(&border.row[ws.patch_of(nodes[*node].at)], *part);
             }
         }
         for (b, border) in drive.borders.iter().enumerate() {
             let out = system.col_as_slice_mut(parts.len() + b);
             for (o, (of, row)) in out.iter_mut().zip(&rows) {
-                *o = row.moved(&border.column[ws.patch_of(of.at)]) / unit;
+                *o = row.moved(&border.column[ws.patch_of(nodes[*of].at)]) / unit;
             }
         }
         let mut right = Mat::<f64>::zeros(size, columns);
         for column in 0..columns {
             let (free, out) = (free.col_as_slice(column), right.col_as_slice_mut(column));
             for (o, (of, row)) in out.iter_mut().zip(&rows) {
-                *o = -row.moved(&free[3 * of.at..3 * of.at + 3]);
+                *o = -row.moved(&free[3 * of..3 * of + 3]);
                 if remembered.nrows() > 0 {
-                    *o -= row.friction * remembered[(of.at, column)];
+                    *o -= row.friction * remembered[(nodes[*of].at, column)];
                 }
             }
         }
@@ -165,31 +234,21 @@ impl Stepper<'_> {
             return Err(Error::NotConverged("the linearised contact of a time step is singular".into()));
         }
         let shift = Mat::from_fn(drive.borders.len(), columns, |k, c| found[(parts.len() + k, c)] / unit);
-        let mut reaction = Mat::<f64>::zeros(3 * nodes.len(), columns);
-        let places: Vec<usize> = nodes.iter().enumerate().flat_map(|(k, n)| n.parts.iter().map(move |_| k)).collect();
-        for column in 0..columns {
-            let (from, to) = (found.col_as_slice(column), reaction.col_as_slice_mut(column));
-            for ((y, (_, part)), k) in from.iter().zip(&parts).zip(&places) {
-                (0..3).for_each(|c| to[3 * k + c] += y * part[c]);
-            }
-        }
-        let posed = self.core_shapes(3 * ws.full) * ends;
-        let moved = &posed + &response * found.subrows(0, parts.len());
+        let reaction = found.subrows(0, parts.len());
         if remembered.nrows() > 0 {
             changes.friction.fill(0.0);
-            for ClosedNode { at, .. } in &nodes {
+            // The slip is the displacement less that at the foot.
+            let slip = &free + &response * reaction;
+            for (place, ClosedNode { at, .. }) in nodes.iter().enumerate() {
                 let node = node(&solution.reaction[3 * at..3 * at + 3], &u[3 * at..3 * at + 3]);
                 let velocity = size_of(node.creep);
                 let slope = if velocity > 0.0 { problem.slope(*at, &node) / velocity } else { 0.0 };
-                // The slip is the displacement less that at the foot.
-                let foot = |k: usize, c: usize| free[(3 * at + k, c)] - posed[(3 * at + k, c)];
                 for c in 0..columns {
                     let rigid = |k: usize| {
                         let borders = drive.borders.iter().enumerate();
                         borders.map(|(b, border)| border.column[ws.patch_of(*at)][k] * shift[(b, c)]).sum::<f64>()
                     };
-                    let along: f64 =
-                        (0..2).map(|k| node.creep[k] * (moved[(3 * at + k, c)] + foot(k, c) + rigid(k))).sum();
+                    let along: f64 = (0..2).map(|k| node.creep[k] * (slip[(3 * place + k, c)] + rigid(k))).sum();
                     changes.friction[(ws.nodes[*at], c)] = remembered[(*at, c)] + slope * along;
                 }
             }
@@ -200,68 +259,89 @@ impl Stepper<'_> {
                 (0..columns).for_each(|c| changes.motions[(motion, c)] = -shift[(k, c)]);
             }
         }
-        let shapes = Mat::from_fn(ends.nrows(), 3 * nodes.len(), |m, row| {
-            self.shapes.row(3 * ws.nodes[nodes[row / 3].at] + row % 3)[m]
+        changes.parts = parts.iter().map(|(k, part)| (3 * ws.nodes[nodes[*k].at], **part)).collect();
+        let pressed = Mat::from_fn(seen.nrows(), parts.len(), |m, k| {
+            let (row, part) = changes.parts[k];
+            (0..3).map(|c| part[c] * self.shapes.row(row + c)[m]).sum::<f64>()
         });
-        changes.force = shapes * &reaction;
-        changes.closed = nodes.iter().map(|n| ws.nodes[n.at]).collect();
-        changes.reaction = reaction;
-        changes.known = ws.nodes[..ws.full].to_vec();
-        changes.displacement = moved;
-        changes.motion = ends.to_owned();
+        let force = pressed * reaction;
+        for column in 0..columns {
+            let force = self.shapes.spread(force.col_as_slice(column).to_vec());
+            if ends.is_none() {
+                let [q, v] = &mut modes;
+                self.motion.add(&force, q.col_as_slice_mut(column), v.col_as_slice_mut(column));
+            }
+            changes.force.col_as_slice_mut(column).copy_from_slice(&force);
+        }
+        changes.reaction = reaction.to_owned();
+        changes.seen = seen;
+        changes.modes = modes;
         Ok(())
     }
 
-    /// The first `rows` rows of Ψ on the working set, `[rows, m]`.
-    fn core_shapes(&self, rows: usize) -> MatRef<'_, f64> {
-        let rank = self.shapes.rank();
-        MatRef::from_row_major_slice(&self.working.psi[..rows * rank], rows, rank)
+    /// Ψ of the `rows` of the interface by what the contact sees of the motion, `[rows, r]`.
+    fn shapes_of(&self, rows: &[usize]) -> Mat<f64> {
+        Mat::from_fn(rows.len(), self.shapes.rank(), |i, k| self.shapes.row(rows[i])[k])
     }
 
-    /// StateChanges of the displacements of the nodes of the working set with all three components before the step, m,
-    /// `[3 full, c]`: Ψ δq + S δR.
-    fn changed_displacement(&self, changes: &StateChanges) -> Mat<f64> {
-        let ws = &self.working;
-        if changes.known == ws.nodes[..ws.full] {
-            return changes.displacement.clone();
+    /// Changes of the displacements before the step, m, at the `rows` of the interface, `[rows, c]`: Ψ δq + W δR.
+    fn changed_displacement(&self, changes: &StateChanges, rows: &[usize]) -> Mat<f64> {
+        let mut response = Mat::<f64>::zeros(rows.len(), changes.parts.len());
+        for (k, (row, part)) in changes.parts.iter().enumerate() {
+            let out = response.col_as_slice_mut(k);
+            for c in (0..3).filter(|&c| part[c] != 0.0) {
+                let column = self.w.col_as_slice(row + c);
+                out.iter_mut().zip(rows).for_each(|(o, &row)| *o += part[c] * column[row]);
+            }
         }
-        let residual = Mat::from_fn(3 * ws.full, 3 * changes.closed.len(), |row, column| {
-            self.model.residual[(3 * ws.nodes[row / 3] + row % 3, 3 * changes.closed[column / 3] + column % 3)]
-        });
-        let mut before = self.core_shapes(3 * ws.full) * &changes.motion;
-        before += residual * &changes.reaction;
-        before
+        self.shapes_of(rows) * &changes.seen + response * &changes.reaction
     }
 
-    /// StateChanges of the displacements of the core without its reactions at the end of the step, m, `[3 core, c]`.
-    fn changed_free(&self, changes: &StateChanges, ends: MatRef<'_, f64>) -> Mat<f64> {
-        let ws = &self.working;
-        let (core, columns) = (3 * ws.core, ends.ncols());
-        let before = self.changed_displacement(changes);
-        let mut free = self.core_shapes(core) * ends;
-        // What the feet take from the displacements before, and from the gaps where an edge moves.
-        let mut takes = Vec::new();
-        let mut sinks = Vec::new();
-        for a in 0..ws.core {
-            let (near, part) = self.foot_stencil(a);
-            for c in 0..2 {
-                takes.extend(near.iter().zip(part).filter(|n| n.1 != 0.0).map(|(n, p)| (3 * a + c, 3 * n + c, p)));
-            }
-            for (place, [x, y]) in self.foot_by_gap(a).into_iter().flatten() {
-                takes.extend([(3 * a, 3 * place + 2, x), (3 * a + 1, 3 * place + 2, y)]);
-                sinks.extend([(3 * a, ws.patch_of(a), x), (3 * a + 1, ws.patch_of(a), y)]);
-            }
-        }
-        for column in 0..columns {
+    /// Changes of the displacements of the closed `nodes` without their reactions at the end of the step, m, `[3
+    /// nodes, c]`, where the contact sees the motion `seen` without reactions.
+    fn changed_free(&self, changes: &StateChanges, seen: &Mat<f64>, nodes: &[ClosedNode]) -> Mat<f64> {
+        let own: Vec<usize> = nodes.iter().flat_map(|n| (0..3).map(|c| 3 * self.working.nodes[n.at] + c)).collect();
+        let mut free = self.shapes_of(&own) * seen;
+        let feet = self.feet_of(nodes);
+        let before = self.changed_displacement(changes, &feet.rows);
+        for column in 0..free.ncols() {
             let approach = self.settings.drive.approaches(changes.motions.col_as_slice(column));
             let (from, to) = (before.col_as_slice(column), free.col_as_slice_mut(column));
-            takes.iter().for_each(|&(row, of, part)| to[row] -= part * from[of]);
-            sinks.iter().for_each(|&(row, patch, part)| to[row] += part * approach[patch]);
+            feet.takes.iter().for_each(|&(row, of, part)| to[row] -= part * from[of]);
+            feet.sinks.iter().for_each(|&(row, patch, part)| to[row] += part * approach[patch]);
         }
         free
     }
 
-    /// StateChanges of the coefficients of friction of the core at the end of the step that those before it make at the
+    /// What the feet of the closed `nodes` take from the displacements before, and from the gaps where an edge moves.
+    fn feet_of(&self, nodes: &[ClosedNode]) -> Feet {
+        let ws = &self.working;
+        let mut feet = Feet::default();
+        let mut places = vec![usize::MAX; 3 * ws.place.len()];
+        for (k, ClosedNode { at, .. }) in nodes.iter().enumerate() {
+            let mut take = |component: usize, (place, from): (usize, usize), part: f64| {
+                let row = 3 * ws.nodes[place] + from;
+                if places[row] == usize::MAX {
+                    places[row] = feet.rows.len();
+                    feet.rows.push(row);
+                }
+                feet.takes.push((3 * k + component, places[row], part));
+            };
+            let (near, part) = self.foot_stencil(*at);
+            for c in 0..2 {
+                near.into_iter().zip(part).filter(|n| n.1 != 0.0).for_each(|(n, p)| take(c, (n, c), p));
+            }
+            for (place, parts) in self.foot_by_gap(*at).into_iter().flatten() {
+                for (c, part) in parts.into_iter().enumerate() {
+                    take(c, (place, 2), part);
+                    feet.sinks.push((3 * k + c, ws.patch_of(*at), part));
+                }
+            }
+        }
+        feet
+    }
+
+    /// Changes of the coefficients of friction of the core at the end of the step that those before it make at the
     /// slip that there is, `[core, c]`; without rows where friction is constant.
     fn changed_memory(&self, changes: &StateChanges) -> Mat<f64> {
         let ws = &self.working;
