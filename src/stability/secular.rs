@@ -78,7 +78,7 @@ const LISTED: f64 = 0.7;
 /// Poles whose damping ratio is larger by this are left alone.
 const MARGIN: f64 = 0.1;
 /// Step along the ray of the logarithm of frequency, and how often it may be halved.
-const STEP: f64 = 0.5;
+const STEP: f64 = 1.0;
 const HALVINGS: usize = 10;
 /// Largest change of the logarithm along a step, and of that change from one step to the next.
 const SMOOTH: [f64; 2] = [0.8, 0.4];

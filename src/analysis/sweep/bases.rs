@@ -4,7 +4,7 @@
 //! Which they are follows from the plan alone, so that the result of a point depends neither on the ranks nor on what
 //! was computed before.
 
-use super::near_axis::{Candidate, Inputs, NearAxis};
+use super::near_axis::{BaseEigenvalue, FitInputs, NearAxis};
 use crate::contact::SteadySolution;
 use crate::job::SweepPlan;
 use crate::output::datasets::sweep::{Followed, Outcome};
@@ -26,7 +26,7 @@ pub(super) struct BasePoint {
     /// State of the search for eigenvalues.
     pub state: State,
     /// Its eigenvalues that oscillate.
-    pub candidates: Vec<Candidate>,
+    pub candidates: Vec<BaseEigenvalue>,
     /// Eigenvalues that those of other points are continued from; none where all are to be searched for.
     pub known: Option<KnownSpectrum>,
     /// Steady rolling that those of other points begin with.
@@ -61,10 +61,10 @@ impl Survey {
         let (numbers, known): (Vec<usize>, Vec<&[Followed]>) =
             bases.iter().filter(|b| b.1.outcome.is_ok()).map(|b| (b.0, b.1.followed())).unzip();
         let rows = |of: &[usize]| of.iter().map(|&i| &all.scaled[i][..]).collect();
-        let inputs = Inputs { bases: rows(&numbers), samples: rows(members) };
+        let inputs = FitInputs { bases: rows(&numbers), samples: rows(members) };
         let near = if all.continues { NearAxis::new(&known, told, &inputs) } else { None };
         for (_, base) in bases.iter_mut().filter(|_| all.continues) {
-            let is_wanted = |c: &&Candidate| match &near {
+            let is_wanted = |c: &&BaseEigenvalue| match &near {
                 Some(near) => near.wants(c),
                 None => c.is_little_damped || !c.may_be.is_empty(),
             };
@@ -116,7 +116,7 @@ impl Bases {
         self.continues
     }
 
-    /// Inputs that the results of all points depend on.
+    /// FitInputs that the results of all points depend on.
     pub fn identity(&self) -> Vec<u8> {
         let values = self.scaled.iter().flatten().flat_map(|v| v.to_le_bytes());
         values.chain([u8::from(self.continues)]).collect()

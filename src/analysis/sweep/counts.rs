@@ -1,6 +1,6 @@
 //! Points of a model at which unstable eigenvalues beside the continued ones are counted: a tenth of them, and those
-//! whose number of unstable eigenvalues differs from that of the nearest point of this tenth. Where one of them has more
-//! than the continued ones, all points of the model are counted.
+//! whose number of unstable eigenvalues differs from that of the nearest point of this tenth. Where one of them has
+//! more than the continued ones, all points of the model are counted.
 //!
 //! Which they are follows from the seed and from the results of the points, not from the ranks.
 

@@ -26,7 +26,7 @@ const REACH: f64 = 1.0;
 
 /// An eigenvalue of a base point.
 #[derive(Debug, Clone)]
-pub(super) struct Candidate {
+pub(super) struct BaseEigenvalue {
     /// 1/s.
     pub value: C,
     /// Numbers of the modes that it may be, by its shape.
@@ -44,15 +44,15 @@ pub(super) struct NearAxis {
     pub range: f64,
 }
 
-/// What growth rates are fitted to.
-pub(super) struct Inputs<'a> {
-    /// Inputs over their deviations at the base points, `[bases][inputs]`.
+/// Inputs that growth rates are fitted to.
+pub(super) struct FitInputs<'a> {
+    /// FitInputs over their deviations at the base points, `[bases][inputs]`.
     pub bases: Vec<&'a [f64]>,
     /// The same at the samples, `[samples][inputs]`.
     pub samples: Vec<&'a [f64]>,
 }
 
-impl Inputs<'_> {
+impl FitInputs<'_> {
     /// Largest growth rate at the samples by a fit to those of some base points, each with its number; none where these
     /// are too few.
     fn highest(&self, rates: &[(usize, f64)]) -> Option<f64> {
@@ -79,7 +79,7 @@ impl Inputs<'_> {
 impl NearAxis {
     /// The modes near the axis by what is `followed` at the base points, and those that are `told` of in any case; none
     /// where the base points are too few to tell.
-    pub fn new(followed: &[&[Followed]], told: &[usize], inputs: &Inputs) -> Option<Self> {
+    pub fn new(followed: &[&[Followed]], told: &[usize], inputs: &FitInputs) -> Option<Self> {
         if followed.len() < LEAST {
             return None;
         }
@@ -112,7 +112,7 @@ impl NearAxis {
     }
 
     /// True if an eigenvalue of a base point is continued: one that may be one of the modes, or may become unstable.
-    pub fn wants(&self, candidate: &Candidate) -> bool {
+    pub fn wants(&self, candidate: &BaseEigenvalue) -> bool {
         candidate.may_be.iter().any(|r| self.has(*r)) || candidate.value.re + REACH * self.range >= 0.0
     }
 }
@@ -136,11 +136,11 @@ mod tests {
         let lists: Vec<&[Followed]> = all.iter().map(|f| &f[..]).collect();
         let places: Vec<[f64; 1]> = (0..4).map(|k| [f64::from(k)]).collect();
         let rows = || places.iter().map(|p| &p[..]).collect::<Vec<_>>();
-        let inputs = Inputs { bases: rows(), samples: rows() };
+        let inputs = FitInputs { bases: rows(), samples: rows() };
         let near = NearAxis::new(&lists, &[3], &inputs).unwrap();
         assert_eq!(near, NearAxis { modes: vec![0, 1, 3], range: 6.0 });
         assert!(NearAxis::new(&lists[..3], &[3], &inputs).is_none());
-        let candidate = |re: f64, may_be: &[usize]| Candidate {
+        let candidate = |re: f64, may_be: &[usize]| BaseEigenvalue {
             value: C::new(re, 1e3),
             may_be: may_be.to_vec(),
             is_little_damped: false,
@@ -159,7 +159,7 @@ mod tests {
         let all: Vec<Vec<Followed>> = places.iter().map(|p| rates(*p)).collect();
         let lists: Vec<&[Followed]> = all.iter().map(|f| &f[..]).collect();
         let bases = places.iter().map(|p| &p[..]).collect();
-        let inputs = Inputs { bases, samples: ends.iter().map(|p| &p[..]).collect() };
+        let inputs = FitInputs { bases, samples: ends.iter().map(|p| &p[..]).collect() };
         assert_eq!(NearAxis::new(&lists, &[], &inputs).unwrap().modes, [1, 2]);
     }
 }

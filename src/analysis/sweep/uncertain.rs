@@ -3,7 +3,7 @@
 
 use super::bases::{BasePoint, Bases, Survey};
 use super::counts::{Counted, Counts};
-use super::near_axis::Candidate;
+use super::near_axis::BaseEigenvalue;
 use super::point_model::{FollowedRate, StudyModel};
 use super::{goes_on, point_of, Base};
 use crate::analysis::stability::mode_name;
@@ -263,7 +263,7 @@ impl<'a> Study<'a> {
     }
 
     /// The eigenvalues of a base point that oscillate, with what is `followed` there.
-    fn candidates(&self, found: &StabilityResult, followed: &[Followed], lower: usize) -> Vec<Candidate> {
+    fn candidates(&self, found: &StabilityResult, followed: &[Followed], lower: usize) -> Vec<BaseEigenvalue> {
         let most = followed.iter().filter(|f| f.mode.is_some()).map(|f| -f.value.re / f.value.norm());
         let most = most.fold(0.0, f64::max);
         let candidate = |e: &Eigenpair| {
@@ -273,7 +273,7 @@ impl<'a> Study<'a> {
                 near && product(&r.modal, self.lower, &e.modal, lower).norm() >= UNLIKE.sqrt() * norm
             };
             let may_be = (0..self.references.len()).filter(|r| may_be(&self.references[*r])).collect();
-            Candidate { value: e.value, may_be, is_little_damped: e.damping_ratio() <= most }
+            BaseEigenvalue { value: e.value, may_be, is_little_damped: e.damping_ratio() <= most }
         };
         found.spectrum.eigenpairs.iter().filter(|e| oscillates(e)).map(candidate).collect()
     }
