@@ -5,6 +5,7 @@ use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 use num_complex::Complex;
 use std::ops::{AddAssign, Mul};
+use std::sync::Arc;
 
 /// A matrix over the modes of one body, or of several bodies one after the other; bodies never couple in it.
 #[derive(Debug, Clone, PartialEq)]
@@ -16,12 +17,28 @@ pub enum ModalMatrix {
 }
 
 /// The block of a body: the modes of a rail do not couple although those of a wheel that rotates do.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub enum ModalBlock {
     /// The diagonal, `[m]`.
     Diagonal(Vec<f64>),
-    /// `[m, m]`.
-    Full(Mat<f64>),
+    /// `[m, m]`, shared by the models of a study.
+    Full(Arc<Mat<f64>>),
+}
+
+impl PartialEq for ModalBlock {
+    fn eq(&self, other: &Self) -> bool {
+        match (self, other) {
+            (Self::Diagonal(a), Self::Diagonal(b)) => a == b,
+            (Self::Full(a), Self::Full(b)) => Arc::ptr_eq(a, b) || a == b,
+            _ => false,
+        }
+    }
+}
+
+impl From<Mat<f64>> for ModalBlock {
+    fn from(block: Mat<f64>) -> Self {
+        Self::Full(Arc::new(block))
+    }
 }
 
 impl ModalBlock {
@@ -46,7 +63,7 @@ impl ModalBlock {
     pub fn full(&self) -> Mat<f64> {
         match self {
             Self::Diagonal(d) => Mat::from_fn(d.len(), d.len(), |i, j| if i == j { d[i] } else { 0.0 }),
-            Self::Full(a) => a.clone(),
+            Self::Full(a) => Mat::clone(a),
         }
     }
 
@@ -61,21 +78,26 @@ impl ModalBlock {
     fn scaled(&self, factor: f64) -> Self {
         match self {
             Self::Diagonal(d) => Self::Diagonal(d.iter().map(|v| factor * v).collect()),
-            Self::Full(a) => Self::Full(faer::Scale(factor) * a),
+            Self::Full(a) if factor == 1.0 => Self::Full(a.clone()),
+            Self::Full(a) => (faer::Scale(factor) * &**a).into(),
         }
     }
 
     fn transposed(&self) -> Self {
         match self {
             Self::Diagonal(d) => Self::Diagonal(d.clone()),
-            Self::Full(a) => Self::Full(a.transpose().to_owned()),
+            Self::Full(a) => a.transpose().to_owned().into(),
         }
     }
 
     fn add_diagonal(&mut self, diagonal: &[f64]) {
         match self {
             Self::Diagonal(own) => own.iter_mut().zip(diagonal).for_each(|(o, d)| *o += d),
-            Self::Full(a) => diagonal.iter().enumerate().for_each(|(i, d)| a[(i, i)] += d),
+            Self::Full(_) if diagonal.iter().all(|d| *d == 0.0) => {}
+            Self::Full(a) => {
+                let a = Arc::make_mut(a);
+                diagonal.iter().enumerate().for_each(|(i, d)| a[(i, i)] += d);
+            }
         }
     }
 
@@ -110,7 +132,7 @@ impl From<Vec<f64>> for ModalMatrix {
 
 impl From<Mat<f64>> for ModalMatrix {
     fn from(block: Mat<f64>) -> Self {
-        ModalMatrix::Blocks(vec![ModalBlock::Full(block)])
+        ModalMatrix::Blocks(vec![block.into()])
     }
 }
 
@@ -272,7 +294,7 @@ impl ModalMatrix {
             let own = x.subrows(first, b.order());
             let product = match b {
                 ModalBlock::Diagonal(d) => Mat::from_fn(d.len(), x.ncols(), |i, j| d[i] * own[(i, j)]),
-                ModalBlock::Full(a) => a * own,
+                ModalBlock::Full(a) => &**a * own,
             };
             out.as_mut().subrows_mut(first, b.order()).copy_from(product);
             first += b.order();
@@ -353,7 +375,7 @@ impl ModalMatrix {
             rest = others;
             match diagonal {
                 true => ModalBlock::Diagonal(mine.to_vec()),
-                false => ModalBlock::Full(Mat::from_fn(n, n, |i, j| mine[i + n * j])),
+                false => Mat::from_fn(n, n, |i, j| mine[i + n * j]).into(),
             }
         };
         ModalMatrix::Blocks(orders.chunks_exact(2).map(block).collect())

@@ -314,7 +314,7 @@ fn taken(same: &job::Contact, point: &Job) -> job::Contact {
     }
 }
 
-fn needs_equilibrium(job: &Job) -> bool {
+pub(super) fn needs_equilibrium(job: &Job) -> bool {
     job.contact.as_ref().is_some_and(|c| c.from.is_some() && !c.in_equilibrium)
 }
 

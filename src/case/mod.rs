@@ -14,6 +14,7 @@ pub mod mesh_preview;
 pub(crate) mod meshes;
 pub mod own_contact;
 pub mod placed_body;
+pub(crate) mod placements;
 pub(crate) mod positioned_mesh;
 pub mod preflight;
 pub(crate) mod rail;

@@ -444,10 +444,21 @@ pub(crate) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
     let mut settled = job.clone();
     super::curving::settle(world, &mut settled)?;
     super::contact_places::settle(world, &mut settled)?;
-    let job = &settled;
+    if settled.placement().is_none() {
+        return Ok(None);
+    }
+    let found = world.on_root(|| motions(&settled))?;
+    with_motions(&settled, &world.broadcast(found.unwrap_or_default()))
+}
+
+/// Creepages, speed and angle of each contact of `job`, five numbers each ([`Placed::motion`]). For one rank.
+pub(super) fn motions(job: &Job) -> Result<Vec<f64>> {
+    Ok(Placed::all(job)?.iter().flat_map(Placed::motion).collect())
+}
+
+/// The job with these [`motions`]; none of a job without a placement.
+pub(super) fn with_motions(job: &Job, found: &[f64]) -> Result<Option<Job>> {
     let (Some(contact), Some(_)) = (&job.contact, job.placement()) else { return Ok(None) };
-    let found = world.on_root(|| Ok(Placed::all(job)?.iter().flat_map(Placed::motion).collect::<Vec<_>>()))?;
-    let found = world.broadcast(found.unwrap_or_default());
     let mut all = contact.all().zip(found.chunks_exact(5)).map(|(one, motion)| {
         let motion = [0, 1, 2, 3, 4].map(|i| motion[i]);
         Placed::filled(&job::Contact { further: Vec::new(), ..one.clone() }, motion)

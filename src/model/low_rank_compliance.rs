@@ -57,6 +57,7 @@ impl SharedModel {
             // Of several contacts the matrix alone.
             convolution: if convolutions.len() == 1 { convolutions.pop() } else { None },
             modes: &pi * &seen,
+            modes_mark: Some(Default::default()),
             functions: None,
             stiffness: ModalMatrix::squares(&omega),
             damping: vec![0.0; omega.len()].into(),
@@ -66,7 +67,8 @@ impl SharedModel {
             reach: lower.reach.min(upper.reach) / (2.0 * PI),
             omega,
         };
-        adapt(&mut pair, job, &own, &rotation)?;
+        let mut last = Default::default();
+        adapt(&mut pair, job, (&own, &rotation), &mut last)?;
         let modal = &seen * pair.stiffness.statics(seen.transpose());
         // By rows where bodies rotate.
         let turned = pair.turning.is_some();
@@ -74,7 +76,7 @@ impl SharedModel {
         let whole = Mat::from_fn(order, order, |i, j| beside[(i, j)] + modal(i, j));
         pair.compliance = with(&whole);
         pair.local = Some(local);
-        Ok(Self { interface, pair, own, rotation })
+        Ok(Self { interface, pair, own, rotation, last })
     }
 }
 

@@ -142,7 +142,7 @@ impl ReducedModel {
     /// Both bodies with the damping and the rotation of another `job` on them.
     pub fn pair_of(&self, job: &Job) -> Result<CoupledModel> {
         let mut pair = self.pair.clone();
-        if adapt(&mut pair, job, &self.own, &self.rotation)? {
+        if adapt(&mut pair, job, (&self.own, &self.rotation), &mut Default::default())? {
             pair.renew_compliance();
         }
         Ok(pair)
@@ -199,7 +199,13 @@ pub struct SharedModel {
     pair: CoupledModel,
     own: [IntrinsicDamping; 2],
     rotation: [Option<ModalRotation>; 2],
+    /// Equations of motion of the last job.
+    last: LastDynamics,
 }
+
+/// Equations of motion of the lower and the upper body of the last job, each with what they were made of: the body of
+/// the job and its angular velocity, rad/s.
+type LastDynamics = [Option<(Option<job::Body>, f64, Dynamics)>; 2];
 
 impl SharedModel {
     /// Collective: the model of rank 0 on every rank.
@@ -214,7 +220,8 @@ impl SharedModel {
             let derivative = of(|r| &r.derivative);
             (gyroscopic.nrows() > 0).then_some(ModalRotation { gyroscopic, stiffness, derivative })
         });
-        Ok(Self { interface, pair: CoupledModel::broadcast(world, root.map(|m| &m.pair)), own, rotation })
+        let pair = CoupledModel::broadcast(world, root.map(|m| &m.pair));
+        Ok(Self { interface, pair, own, rotation, last: Default::default() })
     }
 
     /// Number of modes of the lower body.
@@ -233,7 +240,7 @@ impl SharedModel {
     /// Both bodies with the damping and the rotation of `job`. Where a state of rest does not see W it stays that of
     /// before: stability has no use for it, and it takes longer than all else here.
     pub fn pair(&mut self, job: &Job) -> Result<&CoupledModel> {
-        let changed = adapt(&mut self.pair, job, &self.own, &self.rotation)?;
+        let changed = adapt(&mut self.pair, job, (&self.own, &self.rotation), &mut self.last)?;
         if changed && self.pair.local.is_none() {
             self.pair.renew_compliance();
         }
@@ -241,21 +248,28 @@ impl SharedModel {
     }
 }
 
-/// Gives `pair` the damping and the rotation of `job`; `own` and `rotation` are what the bodies bring for them.
-/// Returns true if W changes by that.
+/// Gives `pair` the damping and the rotation of `job`; `own` and `rotation` are what the bodies bring for them. A body
+/// that is as in the `last` job keeps its equations of motion. Returns true if W changes by that.
 fn adapt(
     pair: &mut CoupledModel,
     job: &Job,
-    own: &[IntrinsicDamping; 2],
-    rotation: &[Option<ModalRotation>; 2],
+    (own, rotation): (&[IntrinsicDamping; 2], &[Option<ModalRotation>; 2]),
+    last: &mut LastDynamics,
 ) -> Result<bool> {
     let (lower, upper) = pair.omega.split_at(pair.lower_modes);
-    let [lower, upper] = [(Side::Lower, lower), (Side::Upper, upper)].map(|(side, omega)| {
-        let damping = damping_of(job, side, (omega, &pair.names[side.index()]), &own[side.index()])?;
-        let rotation = rotation[side.index()].as_ref().map(|r| (r, job.angular_velocity(side.name())));
-        Ok(Dynamics::new(omega, damping, rotation))
-    });
-    let (lower, upper): (Dynamics, Dynamics) = (lower?, upper?);
+    for (side, omega) in [(Side::Lower, lower), (Side::Upper, upper)] {
+        let k = side.index();
+        let (body, speed) = (given(job)[k], job.angular_velocity(side.name()));
+        if last[k].as_ref().is_some_and(|known| known.0.as_ref() == body && known.1 == speed) {
+            continue;
+        }
+        let damping = damping_of(job, side, (omega, &pair.names[k]), &own[k])?;
+        let rotation = rotation[k].as_ref().map(|r| (r, speed));
+        last[k] = Some((body.cloned(), speed, Dynamics::new(omega, damping, rotation)));
+    }
+    let [Some((.., lower)), Some((.., upper))] = &*last else {
+        return Err(Error::Defect("a body without equations of motion".into()));
+    };
     let stiffness = lower.stiffness.joined(&upper.stiffness);
     let changed = rotation.iter().any(Option::is_some) && stiffness != pair.stiffness;
     pair.stiffness = stiffness;

@@ -7,6 +7,7 @@ use crate::grid::Interface;
 use crate::parallel::World;
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
+use std::sync::Arc;
 
 /// Two bodies on one interface: combined compliance and modes.
 #[derive(Debug, Clone)]
@@ -23,6 +24,8 @@ pub struct CoupledModel {
     pub residual: Mat<f64>,
     /// Ψ = [Φ1, E Φ2], 1/√kg, `[3n, m1 + m2]`.
     pub modes: Mat<f64>,
+    /// Mark of models whose Ψ is the same, as those of one study; none where that is not known.
+    pub modes_mark: Option<Arc<()>>,
     /// Factors of Ψ, where it was made from them.
     pub functions: Option<ModeFactors>,
     /// Angular frequencies, rad/s, `[m1 + m2]`: the lower body's, then the upper one's.
@@ -96,6 +99,7 @@ impl CoupledModel {
             convolution: None,
             residual,
             modes,
+            modes_mark: None,
             functions: None,
             omega,
             stiffness,
@@ -170,7 +174,7 @@ impl CoupledModel {
             Side::Lower => 0..self.lower_modes,
             Side::Upper => self.lower_modes..self.omega.len(),
         };
-        let mut moved = Self { functions: None, ..self.clone() };
+        let mut moved = Self { functions: None, modes_mark: None, ..self.clone() };
         for k in columns {
             for row in 0..self.modes.nrows() {
                 moved.modes[(row, k)] += distance * gradient(row, k);
@@ -191,6 +195,7 @@ impl CoupledModel {
             })),
             residual: broadcast(world, root.map(|p| &p.residual)),
             modes: broadcast(world, root.map(|p| &p.modes)),
+            modes_mark: Some(Arc::default()),
             functions: None,
             omega: list(&|p| p.omega.clone()),
             stiffness: ModalMatrix::broadcast(world, root.map(|p| &p.stiffness)),

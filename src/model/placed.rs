@@ -32,7 +32,7 @@ impl SharedModel {
         let convolution =
             |of: &Compact| Convolution::of_half_space(&of.half_space, &grid[0], &grid[1])?.ok_or_else(missing);
         let both = Convolution::combined(&convolution(parts[0])?, &convolution(parts[1])?)?;
-        adapt(&mut self.pair, job, &self.own, &self.rotation)?;
+        adapt(&mut self.pair, job, (&self.own, &self.rotation), &mut self.last)?;
         let own = &self.pair;
         let rolling = CoupledModel {
             compliance: Mat::zeros(0, 0),
@@ -40,6 +40,7 @@ impl SharedModel {
             convolution: Some(both),
             residual: Mat::zeros(0, 0),
             modes: Mat::zeros(0, own.omega.len()),
+            modes_mark: None,
             functions: None,
             omega: own.omega.clone(),
             stiffness: own.stiffness.clone(),

@@ -83,21 +83,23 @@ pub fn eigenvalues(stability: &job::Stability, pair: &CoupledModel, contact: &Li
     by(secular::eigenvalues, stability, pair, contact)
 }
 
-/// The same as [`spectrum`] of the eigenvalues that are tracked from a known one, which hold all that grow; none where
-/// that is not certain.
+/// The same as [`spectrum`] of the eigenvalues that are tracked from a known one; none where it is not certain that
+/// they are these. Where `is_counted` says so of them, other unstable ones are counted.
 pub fn continued(
     stability: &job::Stability,
     pair: &CoupledModel,
     contact: &LinearContact,
     known: &secular::KnownSpectrum,
-) -> Result<Option<Spectrum>> {
+    is_counted: &dyn Fn(&[Eigenpair]) -> bool,
+) -> Result<Option<(Spectrum, secular::Count)>> {
     let limit = limit(stability, pair)?;
-    let Some(pairs) = secular::continued(pair, contact, known, [stability.damping_ratio, stability.tolerance])? else {
-        return Ok(None);
-    };
+    let bounds = [stability.damping_ratio, stability.tolerance];
+    let Some(found) = secular::continued(pair, contact, known, bounds, is_counted)? else { return Ok(None) };
+    let secular::ContinuedSpectrum { pairs, count } = found;
     let all = pairs.iter().map(|p| p.value).collect();
     let eigenpairs = listed_pairs(stability, pairs, limit);
-    Ok(Some(Spectrum { eigenpairs, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() }))
+    let spectrum = Spectrum { eigenpairs, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() };
+    Ok(Some((spectrum, count)))
 }
 
 /// The spectrum, of many modes as `few` gives it.

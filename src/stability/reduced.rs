@@ -137,35 +137,58 @@ impl<'a> From<&'a CoupledModel> for View<'a> {
     }
 }
 
-/// Displacement at a row under the traction `t` and the pressure `p` at a node, m.
-fn response(View { residual: s, .. }: View<'_>, row: usize, node: usize, t: [f64; 2], p: f64) -> f64 {
-    t[0] * s[(row, 3 * node)] + t[1] * s[(row, 3 * node + 1)] + p * s[(row, 3 * node + 2)]
+/// Displacements at the rows that a contact asks for, under its unknowns and its pressures.
+struct Responses<'a> {
+    bodies: View<'a>,
+    /// Place of each contact row among those asked for, `[3n]`.
+    place: Vec<usize>,
+    /// Per unknown, `[rows, nf]`.
+    by_force: Mat<f64>,
+    /// Per pressure of a closed node with its friction, m/N, `[rows, k]`.
+    by_pressure: Mat<f64>,
+}
+
+impl<'a> Responses<'a> {
+    fn new(bodies: View<'a>, contact: &LinearContact, unknowns: &[Yielding]) -> Self {
+        let (s, nodes) = (bodies.residual, &contact.nodes);
+        let rows: Vec<usize> = contact.places().into_iter().flat_map(|i| 3 * i..3 * i + 3).collect();
+        let mut place = vec![usize::MAX; s.nrows()];
+        rows.iter().enumerate().for_each(|(k, &row)| place[row] = k);
+        // Column by column, as they lie in memory.
+        let column = |node: usize, [x, y, n]: [f64; 3], out: &mut [f64]| {
+            let terms = [(0, x), (1, y), (2, n)];
+            for (c, factor) in terms.into_iter().filter(|t| t.1 != 0.0) {
+                out.iter_mut().zip(&rows).for_each(|(o, &row)| *o += factor * s[(row, 3 * node + c)]);
+            }
+        };
+        let mut by_force = Mat::zeros(rows.len(), unknowns.len());
+        for (j, f) in unknowns.iter().enumerate() {
+            column(nodes[f.at].node, [f.along[0], f.along[1], 0.0], by_force.col_as_slice_mut(j));
+        }
+        let mut by_pressure = Mat::zeros(rows.len(), nodes.len());
+        for (j, n) in nodes.iter().enumerate() {
+            let [x, y] = n.tangent.friction();
+            column(n.node, [x, y, 1.0], by_pressure.col_as_slice_mut(j));
+        }
+        Self { bodies, place, by_force, by_pressure }
+    }
 }
 
 /// Pressures r of the closed nodes as a function of (q, f), `[k, m + nf]`.
-fn pressures(bodies: View<'_>, contact: &LinearContact, unknowns: &[Yielding]) -> Result<Mat<f64>> {
-    let (m, k, nf) = (bodies.modes.ncols(), contact.nodes.len(), unknowns.len());
-    let View { residual: s, modes: psi } = bodies;
-    let nodes = &contact.nodes;
-    let mut s_np = Mat::from_fn(k, k, |i, j| {
-        response(bodies, 3 * nodes[i].node + 2, nodes[j].node, nodes[j].tangent.friction(), 1.0)
-    });
+fn pressures(responses: &Responses<'_>, contact: &LinearContact) -> Result<Mat<f64>> {
+    let Responses { bodies: View { residual: s, modes: psi }, place, by_force, by_pressure } = responses;
+    let (m, k, nf) = (psi.ncols(), contact.nodes.len(), by_force.ncols());
+    let normal: Vec<usize> = contact.nodes.iter().map(|n| 3 * n.node + 2).collect();
+    let mut s_np = Mat::from_fn(k, k, |i, j| by_pressure[(place[normal[i]], j)]);
     // Where no body moves along the normal the normal force stays as it is: r = 0.
-    for i in 0..k {
-        let row = 3 * nodes[i].node + 2;
+    for (i, &row) in normal.iter().enumerate() {
         if (0..m).all(|j| psi[(row, j)] == 0.0) && (0..s.ncols()).all(|j| s[(row, j)] == 0.0) {
             s_np[(i, i)] = 1.0;
         }
     }
     // r = −S_np⁻¹ (Ψ_n q + S_nf f): one right-hand side for q and f.
-    let mut r = Mat::from_fn(k, m + nf, |i, j| {
-        -if j < m {
-            psi[(3 * nodes[i].node + 2, j)]
-        } else {
-            let f = &unknowns[j - m];
-            response(bodies, 3 * nodes[i].node + 2, nodes[f.at].node, f.along, 0.0)
-        }
-    });
+    let mut r =
+        Mat::from_fn(k, m + nf, |i, j| -if j < m { psi[(normal[i], j)] } else { by_force[(place[normal[i]], j - m)] });
     s_np.partial_piv_lu().solve_in_place(&mut r);
     if r.col_iter().any(|c| c.iter().any(|v| !v.is_finite())) {
         return Err(Error::NotConverged(
@@ -179,7 +202,7 @@ fn pressures(bodies: View<'_>, contact: &LinearContact, unknowns: &[Yielding]) -
 /// The reactions of the closed nodes that go with an eigenpair, N, rows (x, y, n), `[3k]`.
 pub fn reactions(bodies: &CoupledModel, contact: &LinearContact, pair: &Eigenpair) -> Result<Vec<Complex<f64>>> {
     let unknowns = yielding(contact);
-    let r = pressures(bodies.into(), contact, &unknowns)?;
+    let r = pressures(&Responses::new(bodies.into(), contact, &unknowns), contact)?;
     let mut forces = vec![Complex::default(); 3 * contact.nodes.len()];
     for (i, n) in contact.nodes.iter().enumerate() {
         let all = pair.modal.iter().chain(&pair.tangential);
@@ -199,36 +222,22 @@ pub fn reactions(bodies: &CoupledModel, contact: &LinearContact, pair: &Eigenpai
 
 /// y at rows as a function of (q, f), Ψ q + S(·, f) f + S(·, p) r, for a list of rows with coefficients for each
 /// unknown, `[nf, m + nf]`; p stands for the pressure with its friction −μτ, and r = `pressures` gives the pressures.
-fn rows_of(
-    bodies: View<'_>,
-    contact: &LinearContact,
-    unknowns: &[Yielding],
-    pressures: &Mat<f64>,
-    list: &dyn Fn(&Yielding) -> Vec<(usize, f64)>,
-) -> Mat<f64> {
-    let (m, k, nf) = (bodies.modes.ncols(), contact.nodes.len(), unknowns.len());
-    let (psi, nodes) = (bodies.modes, &contact.nodes);
-    let lists: Vec<Vec<(usize, f64)>> = unknowns.iter().map(list).collect();
+fn rows_of(responses: &Responses<'_>, lists: &[Vec<(usize, f64)>], pressures: &Mat<f64>) -> Mat<f64> {
+    let Responses { bodies: View { modes: psi, .. }, place, by_force, by_pressure } = responses;
+    let (m, k, nf) = (psi.ncols(), by_pressure.ncols(), by_force.ncols());
     let sum = |i: usize, f: &dyn Fn(usize) -> f64| lists[i].iter().map(|&(row, c)| c * f(row)).sum::<f64>();
-    let direct = Mat::from_fn(nf, m + nf, |i, j| {
-        sum(i, &|row| {
-            if j < m {
-                psi[(row, j)]
-            } else {
-                let f = &unknowns[j - m];
-                response(bodies, row, nodes[f.at].node, f.along, 0.0)
-            }
-        })
+    let placed = |i: usize, column: &[f64]| lists[i].iter().map(|&(row, c)| c * column[place[row]]).sum::<f64>();
+    let direct = Mat::from_fn(nf, m + nf, |i, j| match j < m {
+        true => sum(i, &|row| psi[(row, j)]),
+        false => placed(i, by_force.col_as_slice(j - m)),
     });
-    let by_pressure = Mat::from_fn(nf, k, |i, j| {
-        sum(i, &|row| response(bodies, row, nodes[j].node, nodes[j].tangent.friction(), 1.0))
-    });
-    direct + by_pressure * pressures
+    direct + Mat::from_fn(nf, k, |i, j| placed(i, by_pressure.col_as_slice(j))) * pressures
 }
 
 /// b·w of each unknown as a function of (q, f), `[nf, m + nf]`.
-fn displacements(bodies: View<'_>, contact: &LinearContact, unknowns: &[Yielding], r: &Mat<f64>) -> Mat<f64> {
-    rows_of(bodies, contact, unknowns, r, &|u| (0..2).map(|q| (3 * contact.nodes[u.at].node + q, u.creep[q])).collect())
+fn displacements(responses: &Responses<'_>, contact: &LinearContact, unknowns: &[Yielding], r: &Mat<f64>) -> Mat<f64> {
+    let list = |u: &Yielding| (0..2).map(|q| (3 * contact.nodes[u.at].node + q, u.creep[q])).collect();
+    rows_of(responses, &unknowns.iter().map(list).collect::<Vec<_>>(), r)
 }
 
 /// How near the memory of the friction is to being too short: the largest factor by which the coefficients of
@@ -244,8 +253,9 @@ pub fn sharpness(bodies: &CoupledModel, contact: &LinearContact) -> Result<f64> 
     }
     check(bodies, contact)?;
     let (m, unknowns) = (bodies.omega.len(), yielding(contact));
-    let r = pressures(bodies.into(), contact, &unknowns)?;
-    let w = displacements(bodies.into(), contact, &unknowns, &r);
+    let responses = Responses::new(bodies.into(), contact, &unknowns);
+    let r = pressures(&responses, contact)?;
+    let w = displacements(&responses, contact, &unknowns, &r);
     let place = |storage: f64| (0..unknowns.len()).filter(|&i| unknowns[i].storage == storage).collect::<Vec<_>>();
     // A direction without residual compliance has no part in it.
     let across: Vec<usize> = place(0.0).into_iter().filter(|&i| w[(i, m + i)] != 0.0).collect();
@@ -281,14 +291,16 @@ impl Coupling {
     fn new(bodies: View<'_>, contact: &LinearContact, unknowns: &[Yielding]) -> Result<Self> {
         let (m, k, nf) = (bodies.modes.ncols(), contact.nodes.len(), unknowns.len());
         let (psi, nodes) = (bodies.modes, &contact.nodes);
-        let r = pressures(bodies, contact, unknowns)?;
-        let w = displacements(bodies, contact, unknowns, &r);
-        let x = rows_of(bodies, contact, unknowns, &r, &|u| {
+        let responses = Responses::new(bodies, contact, unknowns);
+        let r = pressures(&responses, contact)?;
+        let w = displacements(&responses, contact, unknowns, &r);
+        let list = |u: &Yielding| {
             let terms = nodes[u.at].convection.iter();
             let carried = terms.flat_map(|&(j, v)| (0..2).map(move |q| (3 * j + q, v * u.creep[q])));
             let edges = contact.edges.iter().filter(|e| e.at == u.at).flat_map(|e| e.gaps);
             carried.chain(edges.map(|(j, d)| (3 * j + 2, d[0] * u.creep[0] + d[1] * u.creep[1]))).collect()
-        });
+        };
+        let x = rows_of(&responses, &unknowns.iter().map(list).collect::<Vec<_>>(), &r);
         // Modal forces Ψᵀ R with R = f and (p, −μτ) r.
         let by_f = Mat::from_fn(m, nf, |i, j| {
             let (row, b) = (3 * nodes[unknowns[j].at].node, unknowns[j].along);

@@ -43,7 +43,7 @@ mod small;
 mod terms;
 
 use condensed::Condensed;
-pub use continued::{continued, KnownSpectrum};
+pub use continued::{continued, ContinuedSpectrum, Count, KnownSpectrum};
 use count::left;
 pub use last::{begin_at, State};
 use last::{Last, LAST};
@@ -78,7 +78,7 @@ const LISTED: f64 = 0.7;
 /// Poles whose damping ratio is larger by this are left alone.
 const MARGIN: f64 = 0.1;
 /// Step along the ray of the logarithm of frequency, and how often it may be halved.
-const STEP: f64 = 0.5;
+const STEP: f64 = 1.0;
 const HALVINGS: usize = 10;
 /// Largest change of the logarithm along a step, and of that change from one step to the next.
 const SMOOTH: [f64; 2] = [0.8, 0.4];
@@ -92,6 +92,8 @@ const NEAR: f64 = 1e-6;
 const LOOKED_AT: [usize; 2] = [16, 48];
 /// The same of continued ones, which all come from eigenvalues that were looked at.
 const CONTINUED: [usize; 2] = [3, 48];
+/// Part of the contact by which the polynomials may be wrong where roots are counted.
+const COUNTED: f64 = 1e-7;
 /// Phase that is 0 or π.
 const EVEN: f64 = 0.05;
 
@@ -149,12 +151,13 @@ impl Secular {
         Self::with_relaxations(bodies, contact, ratio, None)
     }
 
-    /// The same with `relaxations` that are near those of this contact, where they are `known`.
+    /// The same with `known` relaxations that are near those of this contact, and the contact interpolated over a range
+    /// of angular frequencies alone.
     fn with_relaxations(
         bodies: &CoupledModel,
         contact: &LinearContact,
         ratio: f64,
-        known: Option<&[C]>,
+        known: Option<(&[C], [f64; 2])>,
     ) -> Result<Option<Self>> {
         if !(ratio <= LISTED) || contact.nodes.is_empty() {
             return Ok(None);
@@ -168,13 +171,24 @@ impl Secular {
         let rows = contact_rows(view, contact)?;
         let contact = Condensed::new(rows, modes.seen, rate);
         let computed = || contact.relaxations(rate, angle);
-        let Some(relaxations) = known.map(<[C]>::to_vec).or_else(computed) else { return Ok(None) };
+        let Some(relaxations) = known.map(|k| k.0.to_vec()).or_else(computed) else { return Ok(None) };
         if relaxations.iter().any(|z| z.im <= REAL * z.norm()) {
             return Ok(None);
         }
-        let reach = relaxations.iter().fold([low, high], |[a, b], z| [a.min(z.norm()), b.max(z.norm())]);
-        let Some(along) = Interpolated::new(&contact, [0.8 * reach[0], 1.25 * reach[1]]) else { return Ok(None) };
+        let range = known.map_or_else(|| Self::reach([low, high], &relaxations), |k| k.1);
+        let Some(along) = Interpolated::new(&contact, range) else { return Ok(None) };
         Ok(Some(Self { modes, contact, along, relaxations, angle }))
+    }
+
+    /// Angular frequencies of the modes in the `range`, and of the relaxations of the contact.
+    fn reach(range: [f64; 2], relaxations: &[C]) -> [f64; 2] {
+        let [low, high] = relaxations.iter().fold(range, |[a, b], z| [a.min(z.norm()), b.max(z.norm())]);
+        [0.8 * low, 1.25 * high]
+    }
+
+    /// The contact along all of these frequencies, good to the digits that a count needs.
+    fn along_all(&self) -> Option<Interpolated> {
+        Interpolated::to_precision(&self.contact, Self::reach(self.modes.range(), &self.relaxations), COUNTED)
     }
 
     /// K G − 1, by columns.
@@ -354,8 +368,12 @@ impl Secular {
 
     /// The logarithm of det(1 − KG) with `poles` and `roots` divided out, at each of `values`.
     fn rest(&self, roots: &[C], poles: &[C], values: &[C]) -> Vec<C> {
+        self.rest_with((roots, poles), values, &self.modes.compliance(values))
+    }
+
+    /// The same with G at each of `values`, `[r²]` each.
+    fn rest_with(&self, (roots, poles): (&[C], &[C]), values: &[C], compliances: &[C]) -> Vec<C> {
         let r = self.modes.seen;
-        let compliances = self.modes.compliance(values);
         // The polynomials are good to many more digits here than a phase needs.
         let (near, far): (Vec<C>, Vec<C>) = values.iter().partition(|v| self.along.holds(**v));
         let polynomials = self.along.stiffness(&near);

@@ -134,7 +134,7 @@ impl Coupled {
             inverses.push(inverse);
             first += n;
         }
-        let inverse = ModalMatrix::Blocks(inverses.into_iter().map(ModalBlock::Full).collect());
+        let inverse = ModalMatrix::Blocks(inverses.into_iter().map(ModalBlock::from).collect());
         let turning = model.turning.clone().unwrap_or_else(|| RotationTerms::none(model.damping.clone()));
         let circulating = turning.stiffness();
         let skew = inverse.asymmetry() > super::model::ASYMMETRY;

@@ -206,7 +206,7 @@ fn continued_samples_are_those_of_the_whole_search() {
             { "key": "contact.normal_load", "distribution": uniform(60e3, 80e3) },
             { "key": "bodies.upper.damping.alpha", "distribution": uniform(0.8, 1.2) }
         ],
-        "samples": 48, "method": "latin_hypercube", "indices": false
+        "samples": 144, "method": "latin_hypercube", "indices": false
     });
     let folder = Folder::with(job.to_string());
     let model = folder.text("model.h5");
@@ -214,9 +214,13 @@ fn continued_samples_are_those_of_the_whole_search() {
     let ran = folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("one.h5")]);
     let one = open(folder.path("one.h5"));
     let search: Vec<i32> = one.dataset("uncertainty/search").and_then(|d| d.read_raw()).expect("search");
-    let continued = search.iter().filter(|s| **s == 1).count();
-    assert!(continued > 40, "{search:?}");
-    assert!(ran.good().out.contains(&format!("{continued} points continued from 1 base points")), "{}", ran.out);
+    let by = |way: i32| search.iter().filter(|s| **s == way).count();
+    let [counted, uncounted] = [1, 3].map(by);
+    let continued = counted + uncounted;
+    assert!(continued > 130 && counted > 5 && uncounted > 60, "{search:?}");
+    assert!(ran.good().out.contains(&format!("{continued} points continued from 4 base points")), "{}", ran.out);
+    let counts = format!("unstable eigenvalues counted at {counted} of these points, none was missing");
+    assert!(ran.out.contains(&counts) && ran.out.contains("may become unstable"), "{}", ran.out);
     let whole = ["--reuse", &model, "--set", "analyses.uncertainty.follow=false", "--output", &folder.text("whole.h5")];
     folder.call(1, "run", &whole).good();
     let whole = open(folder.path("whole.h5"));

@@ -1,11 +1,13 @@
-//! Base points of a study: a few points of each model that are computed from nothing, and from which the others begin.
+//! Base points of a study: a few points of each model whose eigenvalues are searched for as a whole, and from which the
+//! others begin; and what of their eigenvalues is continued.
 //!
 //! Which they are follows from the plan alone, so that the result of a point depends neither on the ranks nor on what
 //! was computed before.
 
+use super::near_axis::{BaseEigenvalue, FitInputs, NearAxis};
 use crate::contact::SteadySolution;
 use crate::job::SweepPlan;
-use crate::output::datasets::sweep::Outcome;
+use crate::output::datasets::sweep::{Followed, Outcome};
 use crate::stability::secular::{KnownSpectrum, State};
 use crate::{Error, Result};
 use std::cell::RefCell;
@@ -23,8 +25,11 @@ pub(super) struct BasePoint {
     pub outcome: Result<Outcome>,
     /// State of the search for eigenvalues.
     pub state: State,
-    /// Eigenvalues that those of other points are continued from; none where all are to be searched for.
-    pub known: Option<KnownSpectrum>,
+    /// Its eigenvalues that oscillate.
+    pub candidates: Vec<BaseEigenvalue>,
+    /// Eigenvalues that those of other points are continued from: those near the axis, and more of them where these go
+    /// astray; none where all are to be searched for.
+    pub known: Vec<KnownSpectrum>,
     /// Steady rolling that those of other points begin with.
     pub rolling: Option<SteadySolution>,
 }
@@ -32,7 +37,54 @@ pub(super) struct BasePoint {
 impl BasePoint {
     /// A base point that could not be computed.
     pub fn failed(error: Error) -> Self {
-        Self { outcome: Err(error), state: State::present(), known: None, rolling: None }
+        Self { outcome: Err(error), state: State::present(), candidates: Vec::new(), known: Vec::new(), rolling: None }
+    }
+
+    /// Modes that are followed there.
+    pub fn followed(&self) -> &[Followed] {
+        self.outcome.as_ref().map_or(&[], |o| &o.followed)
+    }
+}
+
+/// The base points of a model.
+pub(super) struct Survey {
+    /// Each with its number, ascending.
+    bases: Vec<(usize, BasePoint)>,
+    /// Modes that are continued; none where all are.
+    pub near: Option<NearAxis>,
+}
+
+impl Survey {
+    /// Chooses what is continued from the base points `computed`, which lack it, to the `members` of the model; `told`
+    /// are modes that are continued in any case.
+    pub fn new(computed: Vec<(usize, BasePoint)>, all: &Bases, members: &[usize], told: &[usize]) -> Self {
+        let mut bases = computed;
+        let (numbers, known): (Vec<usize>, Vec<&[Followed]>) =
+            bases.iter().filter(|b| b.1.outcome.is_ok()).map(|b| (b.0, b.1.followed())).unzip();
+        let rows = |of: &[usize]| of.iter().map(|&i| &all.scaled[i][..]).collect();
+        let inputs = FitInputs { bases: rows(&numbers), samples: rows(members) };
+        let near = if all.continues { NearAxis::new(&known, told, &inputs) } else { None };
+        for (_, base) in bases.iter_mut().filter(|_| all.continues) {
+            let wanted = |is: &dyn Fn(&BaseEigenvalue) -> bool| -> Vec<_> {
+                base.candidates.iter().filter(|c| is(c)).map(|c| c.value).collect()
+            };
+            let few = near.as_ref().map(|near| wanted(&|c| near.wants(c)));
+            let many = wanted(&|c| c.is_little_damped || !c.may_be.is_empty());
+            let sets = few.into_iter().chain([many]);
+            base.known = sets.filter_map(|wanted| KnownSpectrum::of_state(&base.state, &wanted)).collect();
+            base.candidates = Vec::new();
+        }
+        Self { bases, near }
+    }
+
+    /// The base point with this number.
+    pub fn get(&self, number: usize) -> Option<&BasePoint> {
+        self.bases.iter().find(|b| b.0 == number).map(|b| &b.1)
+    }
+
+    /// True if a mode is continued.
+    pub fn has(&self, mode: usize) -> bool {
+        self.near.as_ref().is_none_or(|near| near.has(mode))
     }
 }
 
@@ -42,7 +94,8 @@ pub(super) struct Bases {
     continues: bool,
     /// Values of the inputs over their deviations, `[points][inputs]`.
     scaled: Vec<Vec<f64>>,
-    computed: RefCell<HashMap<usize, Rc<BasePoint>>>,
+    /// By the first point of each model.
+    surveys: RefCell<HashMap<usize, Rc<Survey>>>,
 }
 
 impl Bases {
@@ -57,7 +110,7 @@ impl Bases {
             let unit = if deviation > 0.0 { deviation } else { 1.0 };
             scaled.iter_mut().zip(&values).for_each(|(row, v)| row.push((v - mean) / unit));
         }
-        Self { continues, scaled, computed: RefCell::default() }
+        Self { continues, scaled, surveys: RefCell::default() }
     }
 
     /// True if eigenvalues are continued.
@@ -65,34 +118,45 @@ impl Bases {
         self.continues
     }
 
-    /// Inputs that the results of all points depend on.
+    /// FitInputs that the results of all points depend on.
     pub fn identity(&self) -> Vec<u8> {
         let values = self.scaled.iter().flatten().flat_map(|v| v.to_le_bytes());
         values.chain([u8::from(self.continues)]).collect()
     }
 
-    /// Base point of the point `i` among the `members` of a model, or of bodies that differ in where they are touched
-    /// (`placed`): the nearest of some that are spread evenly over them.
-    pub fn nearest(&self, members: &[usize], i: usize, placed: bool) -> usize {
+    /// Base points of the `members` of a model, or of bodies that differ in where they are touched (`placed`): some
+    /// that are spread evenly over them.
+    pub fn numbers(&self, members: &[usize], placed: bool) -> Vec<usize> {
         let most = if placed { MOST_PLACED } else { MOST };
         let count = if self.continues { (members.len() / EACH).clamp(1, most) } else { 1 };
-        let far = |b: usize| -> f64 { self.scaled[b].iter().zip(&self.scaled[i]).map(|(a, b)| (a - b).powi(2)).sum() };
-        let bases = (0..count).filter_map(|k| members.get(k * members.len() / count).copied());
-        bases.min_by(|a, b| far(*a).total_cmp(&far(*b))).unwrap_or(i)
+        let mut all: Vec<usize> = (0..count).filter_map(|k| members.get(k * members.len() / count).copied()).collect();
+        all.dedup();
+        all
+    }
+
+    /// Square of the distance of two points, by their inputs over their deviations.
+    pub fn distance(&self, a: usize, b: usize) -> f64 {
+        self.scaled[a].iter().zip(&self.scaled[b]).map(|(a, b)| (a - b).powi(2)).sum()
+    }
+
+    /// The nearest to the point `i` of the base points `numbers`.
+    pub fn nearest(&self, numbers: &[usize], i: usize) -> usize {
+        let far = |b: &usize| self.distance(*b, i);
+        numbers.iter().copied().min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(i)
     }
 
     /// Frees the base points of models that are no longer needed.
     pub fn forget(&self) {
-        self.computed.borrow_mut().clear();
+        self.surveys.borrow_mut().clear();
     }
 
-    /// The base point with this number; `compute` is asked for it once.
-    pub fn get(&self, number: usize, compute: impl FnOnce() -> Result<BasePoint>) -> Result<Rc<BasePoint>> {
-        if let Some(known) = self.computed.borrow().get(&number) {
+    /// The base points of the model of the point `first`; `compute` is asked for them once.
+    pub fn survey(&self, first: usize, compute: impl FnOnce() -> Result<Survey>) -> Result<Rc<Survey>> {
+        if let Some(known) = self.surveys.borrow().get(&first) {
             return Ok(known.clone());
         }
         let made = Rc::new(compute()?);
-        self.computed.borrow_mut().insert(number, made.clone());
+        self.surveys.borrow_mut().insert(first, made.clone());
         Ok(made)
     }
 }
@@ -105,12 +169,13 @@ mod tests {
     #[test]
     fn points_begin_from_the_nearest_base_point() {
         let scaled = (0..80).map(|i| vec![f64::from(i), 1.0]).collect();
-        let bases = Bases { continues: true, scaled, computed: RefCell::default() };
+        let bases = Bases { continues: true, scaled, surveys: RefCell::default() };
         let members: Vec<usize> = (0..80).collect();
-        let of: Vec<usize> = [0, 19, 21, 40, 79].iter().map(|&i| bases.nearest(&members, i, false)).collect();
+        let nearest = |of: &Bases, members: &[usize], i: usize| of.nearest(&of.numbers(members, false), i);
+        let of: Vec<usize> = [0, 19, 21, 40, 79].iter().map(|&i| nearest(&bases, &members, i)).collect();
         assert_eq!(of, [0, 0, 40, 40, 40]);
-        assert_eq!(bases.nearest(&members[30..50], 45, false), 30);
+        assert_eq!(nearest(&bases, &members[30..50], 45), 30);
         let whole = Bases { continues: false, ..bases };
-        assert_eq!(whole.nearest(&members, 79, false), 0);
+        assert_eq!(nearest(&whole, &members, 79), 0);
     }
 }

@@ -3,9 +3,12 @@
 //! rank each.
 
 mod bases;
+mod counts;
 mod cycles;
 mod kept;
+mod near_axis;
 mod outcome;
+mod passes;
 mod places;
 mod point_model;
 mod sound;
@@ -20,9 +23,9 @@ use crate::body::TraceModes;
 use crate::case::bodies::Bodies;
 use crate::case::interface::{given_forces, points};
 use crate::case::meshes::Meshes;
+use crate::case::placements;
 use crate::case::preflight;
 use crate::case::stability_problem::{StabilityProblem, StabilityResult};
-use crate::case::wheel_rail_geometry;
 use crate::contact::points::{interface as of_points, reactions};
 use crate::job::{fe_inputs, range, ContactPlaces, Job, SweepPlan};
 use crate::model::SharedModel;
@@ -36,7 +39,8 @@ use crate::summary::Summary;
 use crate::{Error, Result};
 use cycles::{All, Following};
 use kept::KeptPoints;
-use outcome::{summarise, Packed};
+use outcome::summarise;
+use passes::{Into, Passes};
 use point_model::StudyModel;
 use std::collections::HashMap;
 use uncertain::Study;
@@ -61,9 +65,6 @@ pub struct Base<'a, 's> {
     /// Results of stability, on rank 0.
     pub found: Option<&'a StabilityResult>,
 }
-
-/// Points of a study that each rank computes before what is done is kept.
-const BLOCK: usize = 16;
 
 /// Collective: every point of `plan`, tables under `/sweep`. `base` is there if its model could be made; `own` is
 /// what went wrong at the job's own point. Points that fail are in the table with what went wrong, and in the summary
@@ -109,10 +110,10 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
         models += 1;
         study.forget();
         let planned: Vec<(usize, usize)> = family.members.iter().filter(|&&i| done[i] == 0).map(|&i| (0, i)).collect();
-        let blocks: Vec<_> = planned.chunks(BLOCK * world.size).map(|part| share(part, 1, world)).collect();
+        let passes = Passes { study: Some(study), models: vec![&family.members], placed: true, planned };
         run.progress.stage("points of the sweep");
-        let into = Into { points: &points, results: &mut results, kept: &mut kept };
-        solve_blocks(run, (&blocks, planned.len()), into, &mut |_, i| {
+        let mut into = Into { points: &points, results: &mut results, kept: &mut kept };
+        passes.solve(run, &mut into, &mut |_, i| {
             Some(study.solve(StudyModel::Placed(&mut bodies), (&points, &family.members), i))
         })?;
     }
@@ -138,9 +139,8 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             .enumerate()
             .flat_map(|(m, (_, members))| members.iter().filter(|&&i| done[i] == 0).map(move |&i| (m, i)))
             .collect();
-        // Points of a study are kept on the disk block by block.
-        let block = if study.is_some() { BLOCK * world.size } else { planned.len() };
-        let blocks: Vec<_> = planned.chunks(block.max(1)).map(|part| share(part, batch.len(), world)).collect();
+        let of_models = batch.iter().map(|(_, members)| &members[..]).collect();
+        let passes = Passes { study: study.as_ref(), models: of_models, placed: false, planned };
         let mut models = Vec::with_capacity(batch.len());
         for (number, (inputs, members)) in batch.iter().enumerate() {
             let made = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {
@@ -167,12 +167,12 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
                 bands_of((SOUND, sound), bodies, modes)?;
             }
             // A rank keeps the models of its own points alone.
-            let needed = followed.is_some() || blocks.iter().flatten().any(|&(m, _)| m == number);
+            let needed = followed.is_some() || passes.needs(number, world);
             models.push(needed.then_some(made));
         }
         run.progress.stage("points of the sweep");
-        let into = Into { points: &points, results: &mut results, kept: &mut kept };
-        solve_blocks(run, (&blocks, planned.len()), into, &mut |m, i| {
+        let mut into = Into { points: &points, results: &mut results, kept: &mut kept };
+        passes.solve(run, &mut into, &mut |m, i| {
             let (model, _) = models[m].as_mut()?;
             Some(point_of(&points, i).and_then(|point| match &study {
                 Some(study) => study.solve(StudyModel::Shared(model), (&points, &batch[m].1), i),
@@ -242,53 +242,13 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     Ok(())
 }
 
-/// Destinations of the results of points.
-struct Into<'a> {
-    points: &'a [Option<Job>],
-    results: &'a mut [Option<Outcome>],
-    /// Results of a study, kept on the disk by rank 0.
-    kept: &'a mut Option<Option<KeptPoints>>,
-}
-
-/// Collective: the points of this rank's `blocks`, `planned` in all, each by `solve` from the number of its model and
-/// its own; none where the model could not be made.
-fn solve_blocks(
-    run: &mut Run,
-    (blocks, planned): (&[Vec<(usize, usize)>], usize),
-    into: Into,
-    solve: &mut dyn FnMut(usize, usize) -> Option<Result<Outcome>>,
-) -> Result<()> {
-    let world = run.world();
-    let all = blocks.iter().map(Vec::len).sum::<usize>();
-    let mut begun = 0;
-    for mine in blocks {
-        let mut solved = Packed::default();
-        for &(m, i) in mine.iter().take_while(|_| !run.stop.signalled()) {
-            begun += 1;
-            if let Some(found) = solve(m, i) {
-                solved.push(i, &found.unwrap_or_else(|e| Outcome::failed(&e)));
-            }
-            run.progress.step("points", begun * planned / all.max(1), planned);
-        }
-        let (numbers, text) = (world.gather(&solved.numbers), world.gather(&solved.text));
-        world.on_root(|| {
-            let packed = Packed { numbers, text };
-            packed.unpack(into.results)?;
-            into.kept.iter_mut().flatten().try_for_each(|kept| kept.add(&packed, into.points))
-        })?;
-        if run.stop.wanted(world) {
-            return Err(Error::Stopped(stopped(into.kept.is_some(), &run.options.output)));
-        }
-    }
-    Ok(())
-}
-
 /// Collective: the points with the creepages that follow from their placements; those whose wheels stand on no rail
 /// have failed.
 fn filled(world: &World, plan: &SweepPlan, results: &mut [Option<Outcome>]) -> Result<Vec<Option<Job>>> {
     let mut all = Vec::new();
-    for (point, result) in plan.points.iter().zip(results) {
-        all.push(match wheel_rail_geometry::filled(world, point) {
+    let found = placements::all_filled(world, &plan.points);
+    for ((point, result), found) in plan.points.iter().zip(results).zip(found) {
+        all.push(match found {
             Ok(found) => Some(found.unwrap_or_else(|| point.clone())),
             Err(e) if matches!(e, Error::Defect(_) | Error::Io(_)) => return Err(e),
             Err(e) => {
@@ -298,16 +258,6 @@ fn filled(world: &World, plan: &SweepPlan, results: &mut [Option<Outcome>]) -> R
         });
     }
     Ok(all)
-}
-
-/// This rank's share of the `planned` points of some `models`, each with its model: of one model every so-manieth
-/// point, since neighbours cost alike, of several a stretch, which needs few of them.
-fn share(planned: &[(usize, usize)], models: usize, world: &World) -> Vec<(usize, usize)> {
-    let (rank, size) = (world.rank, world.size);
-    match models {
-        1 => planned.iter().copied().skip(rank).step_by(size).collect(),
-        _ => planned[rank * planned.len() / size..(rank + 1) * planned.len() / size].to_vec(),
-    }
 }
 
 fn point_of(points: &[Option<Job>], i: usize) -> Result<&Job> {

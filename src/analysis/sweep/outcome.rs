@@ -17,8 +17,13 @@ pub(super) struct Packed {
 /// Numbers of an outcome before its eigenvalues.
 const HEAD: usize = 15;
 /// The ways of a search, by their numbers.
-const SEARCHES: [EigenvalueSearch; 3] =
-    [EigenvalueSearch::Whole, EigenvalueSearch::Continued, EigenvalueSearch::FellBack];
+const SEARCHES: [EigenvalueSearch; 5] = [
+    EigenvalueSearch::Whole,
+    EigenvalueSearch::Continued,
+    EigenvalueSearch::FellBack,
+    EigenvalueSearch::Uncounted,
+    EigenvalueSearch::Missed,
+];
 /// Numbers of a mode that is followed.
 const FOLLOWED: usize = 4;
 

@@ -1,7 +1,9 @@
 //! The points of `analyses.uncertainty`: modes followed from the job's own point by their shapes, and what the samples
 //! say of them.
 
-use super::bases::{BasePoint, Bases};
+use super::bases::{BasePoint, Bases, Survey};
+use super::counts::{Counted, Counts};
+use super::near_axis::BaseEigenvalue;
 use super::point_model::{FollowedRate, StudyModel};
 use super::{goes_on, point_of, Base};
 use crate::analysis::stability::mode_name;
@@ -15,12 +17,12 @@ use crate::parallel::World;
 use crate::random::indices::indices;
 use crate::random::interval::{quantile, share};
 use crate::stability::reduced::{shares, Eigenpair};
-use crate::stability::secular::{KnownSpectrum, State};
+use crate::stability::secular::{Count, KnownSpectrum, State};
 use crate::stability::{continued, grows, is_rigid, spectrum, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
 use num_complex::Complex;
-use std::f64::consts::PI;
+use std::cell::Cell;
 
 type C = Complex<f64>;
 
@@ -55,6 +57,10 @@ pub(super) struct Study<'a> {
     lower: usize,
     /// Points from which the others begin.
     bases: Bases,
+    /// Points at which unstable eigenvalues are counted.
+    counts: Counts,
+    /// Largest number of modes that are continued on a model, where not all are.
+    near: Cell<Option<usize>>,
 }
 
 impl<'a> Study<'a> {
@@ -93,7 +99,8 @@ impl<'a> Study<'a> {
                 .collect(),
         };
         let bases = Bases::new(plan, wanted.follow);
-        Ok(Some(Self { wanted, references, lower, bases }))
+        let counts = Counts::new(wanted.seed, plan.points.len());
+        Ok(Some(Self { wanted, references, lower, bases, counts, near: Cell::new(None) }))
     }
 
     /// Inputs of the samples beside their jobs.
@@ -106,6 +113,24 @@ impl<'a> Study<'a> {
     /// Frees the base points of models that are no longer needed.
     pub(super) fn forget(&self) {
         self.bases.forget();
+        self.counts.forget();
+    }
+
+    /// Returns whether a point among the `members` of a model is solved before the others: those at which unstable
+    /// eigenvalues are counted in any case.
+    pub(super) fn is_first(&self, members: &[usize], i: usize, placed: bool) -> bool {
+        let bases = self.bases.numbers(members, placed);
+        bases.len() == 1 || bases.contains(&i) || self.counts.is_chosen(i)
+    }
+
+    /// Keeps the points among the `members` of a model at which unstable eigenvalues were `counted`.
+    pub(super) fn learn(&self, members: &[usize], counted: Vec<Counted>) {
+        members.iter().take(1).for_each(|first| self.counts.learn(*first, counted.clone()));
+    }
+
+    /// Counts unstable eigenvalues at all points, or no longer.
+    pub(super) fn count_all(&self, all: bool) {
+        self.counts.set_all(all);
     }
 
     /// Returns whether bodies are interpolated over their profiles.
@@ -121,41 +146,83 @@ impl<'a> Study<'a> {
         (points, members): (&[Option<Job>], &[usize]),
         i: usize,
     ) -> Result<Outcome> {
-        let number = self.bases.nearest(members, i, matches!(model, StudyModel::Placed(_)));
-        let base = self.bases.get(number, || {
-            State::default().restore();
-            model.renew();
-            match point_of(points, number).and_then(|point| self.base(model.again(), point)) {
-                Err(e) if !goes_on(&e) => Err(e),
-                Err(e) => Ok(BasePoint::failed(e)),
-                Ok(base) => Ok(base),
-            }
-        })?;
+        let missing = || Error::Defect("a point of a study without a base point".into());
+        let numbers = self.bases.numbers(members, matches!(model, StudyModel::Placed(_)));
+        let first = *members.first().ok_or_else(missing)?;
+        let survey = self.bases.survey(first, || self.survey(model.again(), (points, members), &numbers))?;
+        let number = self.bases.nearest(&numbers, i);
+        let base = survey.get(number).ok_or_else(missing)?;
         if number == i {
-            return base.outcome.clone();
+            return base.outcome.clone().map(|outcome| survey.reduced(outcome));
         }
         let point = point_of(points, i)?;
-        base.state.restore();
-        if let Some(known) = &base.known {
-            if let Some(outcome) = self.at((model.again(), point), &base, Some(known))? {
-                return Ok(Outcome { search: EigenvalueSearch::Continued, ..outcome });
-            }
+        let is_counted = |pairs: &[Eigenpair]| {
+            let unstable = pairs.iter().filter(|e| grows(e.value, e.backward_error)).count();
+            survey.near.is_none() || self.counts.wants((first, i), unstable, |a, b| self.bases.distance(a, b))
+        };
+        let mut unstable = None;
+        for known in &base.known {
             base.state.restore();
+            let outcome = match self.continued((model.again(), point), (&survey, base, known), &is_counted)? {
+                None => continue,
+                Some((outcome, Count::Complete)) => Outcome { search: EigenvalueSearch::Continued, ..outcome },
+                Some((outcome, Count::NotAsked)) => Outcome { search: EigenvalueSearch::Uncounted, ..outcome },
+                Some((outcome, Count::Refused)) => {
+                    unstable = Some(outcome.unstable());
+                    break;
+                }
+            };
+            return Ok(outcome);
         }
-        let missing = || Error::Defect("a whole search has no answer".into());
-        let outcome = self.at((model, point), &base, None)?.ok_or_else(missing)?;
-        let search = if base.known.is_some() { EigenvalueSearch::FellBack } else { EigenvalueSearch::Whole };
+        base.state.restore();
+        let lower = model.lower_modes();
+        let (outcome, found, _) = model.solved(point, base.rolling.as_ref(), &mut spectrum)?;
+        let search = match unstable {
+            _ if base.known.is_empty() => EigenvalueSearch::Whole,
+            Some(n) if survey.near.is_some() && n != outcome.unstable() => EigenvalueSearch::Missed,
+            _ => EigenvalueSearch::FellBack,
+        };
+        let outcome = survey.reduced(Outcome { followed: self.followed(&found, lower), ..outcome });
         Ok(Outcome { search, ..outcome })
     }
 
-    /// A base point, whose eigenvalues are searched for from nothing.
+    /// The base points `numbers` of a model, the first one from nothing, the others from that one.
+    fn survey(
+        &self,
+        mut model: StudyModel,
+        (points, members): (&[Option<Job>], &[usize]),
+        numbers: &[usize],
+    ) -> Result<Survey> {
+        let mut bases: Vec<(usize, BasePoint)> = Vec::new();
+        for &number in numbers {
+            bases.first().map_or_else(State::default, |b| b.1.state.clone()).restore();
+            model.renew();
+            let base = match point_of(points, number).and_then(|point| self.base(model.again(), point)) {
+                Err(e) if !goes_on(&e) => return Err(e),
+                Err(e) => BasePoint::failed(e),
+                Ok(base) => base,
+            };
+            bases.push((number, base));
+        }
+        let growth = |r: &usize| self.references[*r].value.re;
+        let mut told: Vec<usize> = (0..self.references.len()).collect();
+        told.sort_by(|a, b| growth(b).total_cmp(&growth(a)));
+        told.truncate(TOLD);
+        let survey = Survey::new(bases, &self.bases, members, &told);
+        if let Some(near) = &survey.near {
+            self.near.set(self.near.get().max(Some(near.modes.len())));
+        }
+        Ok(survey)
+    }
+
+    /// A base point, whose eigenvalues are searched for as a whole.
     fn base(&self, mut model: StudyModel, point: &Job) -> Result<BasePoint> {
         let lower = model.lower_modes();
         let (outcome, found, rolling) = model.solved(point, None, &mut spectrum)?;
-        let tracked = || KnownSpectrum::of_last(&self.tracked(&found, lower));
-        let known = if self.bases.continues() { tracked() } else { None };
-        let outcome = Ok(reduced(outcome, self.followed(&found, lower)));
-        Ok(BasePoint { outcome, state: State::present(), known, rolling })
+        let followed = self.followed(&found, lower);
+        let candidates = if self.bases.continues() { self.candidates(&found, &followed, lower) } else { Vec::new() };
+        let outcome = Ok(Outcome { followed, ..outcome });
+        Ok(BasePoint { outcome, state: State::present(), candidates, known: Vec::new(), rolling })
     }
 
     /// Growth rates of the modes that are followed at a point, by a whole search from nothing.
@@ -168,53 +235,45 @@ impl<'a> Study<'a> {
         Ok(self.followed(&found, lower).iter().filter_map(rate).collect())
     }
 
-    /// A point by its base, its eigenvalues continued from those that are `known`, or searched for as a whole; none
-    /// where they could not be continued.
-    fn at(
+    /// A point whose eigenvalues are continued from those that are `known` of its base; none where they could not be.
+    fn continued(
         &self,
         (mut model, point): (StudyModel, &Job),
-        base: &BasePoint,
-        known: Option<&KnownSpectrum>,
-    ) -> Result<Option<Outcome>> {
+        (survey, base, known): (&Survey, &BasePoint, &KnownSpectrum),
+        is_counted: &dyn Fn(&[Eigenpair]) -> bool,
+    ) -> Result<Option<(Outcome, Count)>> {
         let lower = model.lower_modes();
-        let mut continues = true;
-        let (outcome, found, _) =
-            model.solved(point, base.rolling.as_ref(), &mut |stability, pair, linear| match known {
-                None => spectrum(stability, pair, linear),
-                Some(known) => Ok(continued(stability, pair, linear, known)?.unwrap_or_else(|| {
-                    continues = false;
-                    Spectrum::default()
-                })),
-            })?;
-        if !continues {
-            return Ok(None);
-        }
+        let mut count = None;
+        let (outcome, found, _) = model.solved(point, base.rolling.as_ref(), &mut |stability, pair, linear| {
+            let found = continued(stability, pair, linear, known, is_counted)?;
+            count = found.as_ref().map(|f| f.1);
+            Ok(found.map_or_else(Spectrum::default, |f| f.0))
+        })?;
+        let Some(count) = count else { return Ok(None) };
         let followed = self.followed(&found, lower);
         // A mode that the base point has is here as well, or it has gone to a motion that is not tracked.
-        let has = |of: &[Followed], mode: Option<usize>| of.iter().any(|f| f.mode == mode);
-        let before = base.outcome.as_ref().map_or(&[][..], |o| &o.followed[..]);
-        let lost = before.iter().any(|f| f.mode.is_some() && !has(&followed, f.mode));
-        Ok((known.is_none() || !lost).then(|| reduced(outcome, followed)))
+        let has = |mode: Option<usize>| followed.iter().any(|f| f.mode == mode);
+        let lost = |f: &Followed| f.mode.is_some_and(|r| survey.has(r)) && !has(f.mode);
+        if base.followed().iter().any(lost) {
+            return Ok(None);
+        }
+        Ok(Some((survey.reduced(Outcome { followed, ..outcome }), count)))
     }
 
-    /// Eigenvalues of a base point that are tracked from there: those that may be one of the modes that are followed,
-    /// and all that are no more damped than the most damped mode that is.
-    fn tracked(&self, found: &StabilityResult, lower: usize) -> Vec<C> {
-        let alike = |e: &&Eigenpair| {
+    /// The eigenvalues of a base point that oscillate, with what is `followed` there.
+    fn candidates(&self, found: &StabilityResult, followed: &[Followed], lower: usize) -> Vec<BaseEigenvalue> {
+        let most = followed.iter().filter(|f| f.mode.is_some()).map(|f| -f.value.re / f.value.norm());
+        let most = most.fold(0.0, f64::max);
+        let candidate = |e: &Eigenpair| {
             let norm = e.modal.iter().map(C::norm_sqr).sum::<f64>().sqrt();
             let may_be = |r: &Reference| {
                 let near = (e.value.im - r.value.im).abs() <= NEAR * r.value.im;
                 near && product(&r.modal, self.lower, &e.modal, lower).norm() >= UNLIKE.sqrt() * norm
             };
-            oscillates(e) && self.references.iter().any(may_be)
+            let may_be = (0..self.references.len()).filter(|r| may_be(&self.references[*r])).collect();
+            BaseEigenvalue { value: e.value, may_be, is_little_damped: e.damping_ratio() <= most }
         };
-        let all = || found.spectrum.eigenpairs.iter().filter(|e| oscillates(e));
-        let mut tracked: Vec<C> = all().filter(alike).map(|e| e.value).collect();
-        let of_modes = self.followed(found, lower);
-        let most = of_modes.iter().filter(|f| f.mode.is_some()).map(|f| -f.value.re / f.value.norm());
-        let most = most.fold(0.0, f64::max);
-        tracked.extend(all().filter(|e| e.damping_ratio() <= most).map(|e| e.value));
-        tracked
+        found.spectrum.eigenpairs.iter().filter(|e| oscillates(e)).map(candidate).collect()
     }
 
     /// The modes that are followed among those of a sample on `lower` free modes of the lower body, each by the motion
@@ -273,6 +332,7 @@ impl<'a> Study<'a> {
     ) -> Result<Vec<Table>> {
         let report = self.evaluated(plan, all);
         say(&report, (plan, all), models, self.wanted, summary);
+        near_in_words(self.near.get(), self.references.len(), summary);
         Ok(tables(plan, all, &report))
     }
 
@@ -346,10 +406,15 @@ impl<'a> Study<'a> {
     }
 }
 
-/// The outcome of a point with the modes that are `followed`; the rest of some hundred eigenvalues is no longer needed.
-fn reduced(mut outcome: Outcome, followed: Vec<Followed>) -> Outcome {
-    outcome.eigenvalues.truncate(outcome.unstable().max(1));
-    Outcome { followed, ..outcome }
+impl Survey {
+    /// The outcome of a point with the modes that are continued or grow; the rest of some hundred eigenvalues is no
+    /// longer needed.
+    fn reduced(&self, mut outcome: Outcome) -> Outcome {
+        outcome.eigenvalues.truncate(outcome.unstable().max(1));
+        let error = outcome.backward_error;
+        outcome.followed.retain(|f| f.mode.is_none_or(|r| self.has(r)) || grows(f.value, error));
+        outcome
+    }
 }
 
 /// True if a motion oscillates, with Im λ > 0.
@@ -383,108 +448,8 @@ fn product(a: &[C], a_lower: usize, b: &[C], b_lower: usize) -> C {
     part(a1, b1) + part(a2, b2)
 }
 
-/// A probability with its digits that count beside half the width of its interval.
-fn with_width(p: f64, [low, high]: [f64; 2]) -> String {
-    format!("{p:.2} +- {:.2}", 0.5 * (high - low))
-}
-
-/// Lines of the summary.
-fn say(
-    report: &Report,
-    (plan, all): (&SweepPlan, &[Outcome]),
-    models: usize,
-    wanted: &Uncertainty,
-    summary: &mut Summary,
-) {
-    let failed: Vec<usize> = (0..all.len()).filter(|&i| all[i].status != 0).collect();
-    summary.line(format!(
-        "uncertainty of {}: {} points on {models} reduced model{}, {} random samples, {} failed",
-        plan.keys.join(", "),
-        all.len(),
-        if models == 1 { "" } else { "s" },
-        report.samples,
-        failed.len()
-    ));
-    summary.line(sentence(report));
-    let by = |search: EigenvalueSearch| all.iter().filter(|o| o.search == search).count();
-    let [continued, fell_back] = [EigenvalueSearch::Continued, EigenvalueSearch::FellBack].map(by);
-    if continued + fell_back > 0 {
-        let text = format!(
-            "{continued} points continued from {} base points, {fell_back} searched for since they could not be",
-            all.len() - continued - fell_back
-        );
-        summary.value("eigenvalues", text);
-    }
-    let percent = 100.0 * report.confidence;
-    let [low, high] = report.interval;
-    summary
-        .value("probability of squeal", format!("{percent:.0} % interval {low:.3} to {high:.3} by {}", report.way()));
-    if report.failed > 0 {
-        let [n, lost] = [report.samples, report.failed].map(|n| n as f64);
-        let yes = report.probability * (n - lost);
-        let text = format!(
-            "{:.3} to {:.3} if all {} that failed were stable or unstable",
-            yes / n,
-            (yes + lost) / n,
-            report.failed
-        );
-        summary.value("  with failed samples", text);
-    }
-    for mode in &report.modes {
-        let [low, high] = mode.interval;
-        let [_, least, _, middle, _, most, _] = mode.quantiles;
-        summary.value(
-            &format!("{:.1} Hz", mode.own.im / (2.0 * PI)),
-            format!(
-                "P {:.3}, {low:.3} to {high:.3}; growth rate {middle:+.2} 1/s, \
-                 90 % within {least:+.2} and {most:+.2}; {}",
-                mode.probability, mode.name
-            ),
-        );
-    }
-    if report.other > 0.0 {
-        summary.value("other motions", format!("P {:.3}: unlike the modes of the job's own point", report.other));
-    }
-    for (key, of) in plan.keys.iter().zip(&report.indices) {
-        let ([a, b], [c, d]) = (of.first_interval, of.total_interval);
-        let text = format!("Sobol' index {:.3}, {a:.3} to {b:.3}; total {:.3}, {c:.3} to {d:.3}", of.first, of.total);
-        summary.value(&format!("  {key}"), text);
-    }
-    let Some(&first) = failed.first() else { return };
-    let share = failed.len() as f64 / all.len() as f64;
-    let (place, why) = (plan.place(first), &all[first].message);
-    summary.value("first failed sample", format!("{place}: {why}"));
-    if share > wanted.max_failed {
-        summary.fail(Error::NotConverged(format!(
-            "{} of {} samples failed, more than analyses.uncertainty.max_failed = {} of them; the others are in the \
-             results, and /uncertainty/status and /uncertainty/message say which failed and why. The first is {place}: \
-             {why}",
-            failed.len(),
-            all.len(),
-            wanted.max_failed
-        )));
-    }
-}
-
-/// The outcome in a sentence.
-fn sentence(report: &Report) -> String {
-    let mut text = format!("P(squeal) = {}", with_width(report.probability, report.interval));
-    let by: Vec<String> = report
-        .modes
-        .iter()
-        .filter(|m| m.probability > 0.0)
-        .take(4)
-        .map(|m| format!("{:.0} Hz {:.2}", m.own.im / (2.0 * PI), m.probability))
-        .collect();
-    if !by.is_empty() {
-        text += &format!(": {}", by.join(", "));
-    }
-    let largest = report.indices.iter().zip(&report.keys).max_by(|a, b| a.0.first.total_cmp(&b.0.first));
-    if let Some((of, key)) = largest.filter(|l| l.0.first > 0.0) {
-        text += &format!("; {:.0} % of the variance of the growth rate is {key}", 100.0 * of.first.min(1.0));
-    }
-    text
-}
+mod summary;
+use summary::{near_in_words, say};
 
 #[cfg(test)]
 mod tests;

@@ -41,8 +41,8 @@ pub struct Uncertainty {
     #[serde(default = "default_confidence")]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1, "unit" = "1"))]
     pub confidence: f64,
-    /// True if eigenvalues of the points on a model are continued from those of a few of them, where it is certain that
-    /// they are those of the whole search.
+    /// True if eigenvalues near the axis are continued from those of a few points of a model to the others; unstable
+    /// ones that are missing are counted at a tenth of these, and where their number changes.
     #[serde(default = "default_follow")]
     pub follow: bool,
     /// True if wheel and rail are interpolated over their profiles where 96 or more points touch them at places of

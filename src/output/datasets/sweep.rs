@@ -23,10 +23,14 @@ pub struct Followed {
 pub enum EigenvalueSearch {
     /// All of them were searched for.
     Whole,
-    /// They were continued from those of another point.
+    /// They were continued from those of another point, and no other one is unstable by a count.
     Continued,
     /// They were searched for since they could not be continued with certainty.
     FellBack,
+    /// They were continued, and it was not counted whether other unstable ones are missing.
+    Uncounted,
+    /// They were searched for since unstable ones were missing among the continued ones.
+    Missed,
 }
 
 /// Outcome of a point.

@@ -1,21 +1,29 @@
 //! Eigenvalues continued from a state of the same bodies whose spectrum is known.
 //!
 //! The tracked ones are the roots that Newton's method finds from the known ones on det(1 − KG) P with all others
-//! divided out where they were; the others stay where they were. That no unstable one is missing is counted along the
-//! imaginary axis, at the frequencies of the others: with the continued roots exact and the others near theirs, what is
-//! left of the determinant has no zeros in the right half-plane but those that are missing. Where one root does not
-//! settle, goes far, or meets another one, or the count is not certain, there is no answer, and the spectrum has to be
-//! searched for as a whole.
+//! divided out where they were; the others stay where they were. For these roots the contact is interpolated over their
+//! frequencies alone. Where one root does not settle, goes far, or meets another one, there is no answer, and the
+//! spectrum has to be searched for as a whole.
+//!
+//! That no unstable one is missing is counted on request, along the imaginary axis, at the frequencies of the others:
+//! with the continued roots exact and the others near theirs, what is left of the determinant has no zeros in the right
+//! half-plane but those that are missing. For the count the contact is interpolated over the frequencies of all modes.
 
-use super::{Last, Secular, C, CONTINUED, FAR, LAST};
+use super::last::State;
+use super::modal::Sampled;
+use super::{Secular, C, CONTINUED, FAR};
 use crate::contact::LinearContact;
 use crate::model::CoupledModel;
 use crate::stability::reduced::{check, Eigenpair};
 use crate::Result;
 use std::f64::consts::FRAC_PI_2;
+use std::rc::Rc;
 
 /// Distance of the frequencies at which roots that are not tracked are looked for, over their damping ratio.
 const NEARER: f64 = 0.3;
+/// Logarithm of frequency by which the contact is interpolated beyond the tracked roots, over the part of their size by
+/// which they may move, and over their largest damping ratio.
+const BESIDE: [f64; 2] = [2.0, 2.0];
 
 /// Spectrum of a state from which those of others are continued.
 #[derive(Debug, Clone)]
@@ -26,43 +34,86 @@ pub struct KnownSpectrum {
     pub(super) others: Vec<C>,
     /// Relaxations of the contact that are as little damped as what is listed, 1/s.
     relaxations: Vec<C>,
+    /// Places on the imaginary axis where unstable ones are counted.
+    axis: Option<Rc<Sampled>>,
 }
 
 impl KnownSpectrum {
-    /// Spectrum of the last state of this rank, of which the eigenvalues `wanted` are tracked; none where it was not
-    /// found by what the contact sees.
-    pub fn of_last(wanted: &[C]) -> Option<Self> {
-        let Last { roots, relaxations, contact, .. } = LAST.with_borrow(Last::clone);
-        if contact.is_empty() {
+    /// Spectrum of a `state`, of which the eigenvalues `wanted` are tracked; none where it was not found by what the
+    /// contact sees, or none of them is one of its roots.
+    pub fn of_state(state: &State, wanted: &[C]) -> Option<Self> {
+        let last = state.last();
+        if last.contact.is_empty() {
             return None;
         }
         let is_wanted = |v: &C| wanted.iter().any(|w| (w - v).norm() <= 1e-9 * v.norm());
-        let (tracked, others): (Vec<C>, Vec<C>) = roots.into_iter().partition(is_wanted);
-        (!tracked.is_empty()).then_some(Self { tracked, others, relaxations })
+        let (tracked, others): (Vec<C>, Vec<C>) = last.roots.iter().copied().partition(is_wanted);
+        let on_axis = |u: f64| C::from_polar(u.exp(), FRAC_PI_2);
+        let values = || frequencies(&others).into_iter().map(on_axis).collect();
+        let axis = state.modes().map(|modes| Rc::new(Sampled::new(values(), modes)));
+        (!tracked.is_empty()).then(|| Self { tracked, others, relaxations: last.relaxations.clone(), axis })
     }
 
     /// Number of eigenvalues that are continued.
     pub fn tracked(&self) -> usize {
         self.tracked.len()
     }
+
+    /// Range of the angular frequencies over which the contact is interpolated for the tracked ones.
+    fn range(&self) -> [f64; 2] {
+        let sizes = || self.tracked.iter().map(|v| v.norm());
+        let (low, high) = (sizes().fold(f64::INFINITY, f64::min), sizes().fold(0.0, f64::max));
+        let ratio = self.tracked.iter().map(|v| v.re.abs() / v.norm()).fold(0.0, f64::max);
+        let beside = (BESIDE[0] * FAR).max(BESIDE[1] * ratio).exp();
+        [low / beside, high * beside]
+    }
+}
+
+/// Answer to the question whether unstable eigenvalues beside the continued ones are missing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Count {
+    /// None was asked for.
+    NotAsked,
+    /// None is missing.
+    Complete,
+    /// Some are missing, or their number is not certain.
+    Refused,
+}
+
+/// Eigenvalues continued to another state.
+pub struct ContinuedSpectrum {
+    /// With Im > 0 and modal amplitudes, by falling growth rate.
+    pub pairs: Vec<Eigenpair>,
+    /// Answer on the unstable ones that are missing.
+    pub count: Count,
 }
 
 /// The tracked eigenvalues of `known` in another state of the same bodies, or of bodies a little different, with Im > 0
 /// and their modal amplitudes, by falling growth rate, each with a backward error of at most `tolerance` (as
-/// [`eigenvalues`](super::eigenvalues) has it). None where it is not certain that they are these, and that no other one
-/// is unstable.
+/// [`eigenvalues`](super::eigenvalues) has it). None where it is not certain that they are these. Where `is_counted`
+/// says so of them, the other unstable ones are counted.
 pub fn continued(
     bodies: &CoupledModel,
     contact: &LinearContact,
     known: &KnownSpectrum,
     [ratio, tolerance]: [f64; 2],
-) -> Result<Option<Vec<Eigenpair>>> {
+    is_counted: &dyn Fn(&[Eigenpair]) -> bool,
+) -> Result<Option<ContinuedSpectrum>> {
     check(bodies, contact)?;
-    let relaxations = Some(&known.relaxations[..]);
-    let Some(mut secular) = Secular::with_relaxations(bodies, contact, ratio, relaxations)? else { return Ok(None) };
+    // One that grows and stays where it was would stand for one that is missing.
+    if known.others.iter().any(|v| v.re >= 0.0) {
+        return Ok(None);
+    }
+    let given = Some((&known.relaxations[..], known.range()));
+    let Some(mut secular) = Secular::with_relaxations(bodies, contact, ratio, given)? else { return Ok(None) };
     let Some(mut roots) = secular.tracked(known) else { return Ok(None) };
     roots.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
-    Ok(secular.motions(bodies, &roots, tolerance))
+    let Some(pairs) = secular.motions(bodies, &roots, tolerance) else { return Ok(None) };
+    let count = match is_counted(&pairs) {
+        false => Count::NotAsked,
+        true => secular.count(known, &roots),
+    };
+    Ok(Some(ContinuedSpectrum { pairs, count }))
 }
 
 /// Logarithms of the frequencies of `roots`, ascending, no two nearer than a part of the damping ratio there: one that
@@ -81,20 +132,24 @@ fn frequencies(roots: &[C]) -> Vec<f64> {
 
 impl Secular {
     /// The tracked roots of `known` here.
-    fn tracked(&mut self, known: &KnownSpectrum) -> Option<Vec<C>> {
-        // One that grows and stays where it was would stand for one that is missing.
-        if known.others.iter().any(|v| v.re >= 0.0) {
-            return None;
-        }
+    fn tracked(&self, known: &KnownSpectrum) -> Option<Vec<C>> {
         let first = known.others.len();
         let (mut all, left) = self.settled(known.others.clone(), known.tracked.clone());
         let near = |(v, before): (&C, &C)| (v - before).norm() <= FAR * before.norm();
         let same = all.len() == first + known.tracked.len() && all[first..].iter().zip(&known.tracked).all(near);
-        if !same || !left.is_empty() {
-            return None;
-        }
+        (same && left.is_empty()).then(|| all.split_off(first))
+    }
+
+    /// Counts the unstable eigenvalues beside the continued `roots`, with the others where they were.
+    fn count(&mut self, known: &KnownSpectrum, roots: &[C]) -> Count {
         self.angle = FRAC_PI_2;
-        (self.missing_by(&all, &frequencies(&known.others))? == 0).then(|| all.split_off(first))
+        let Some(along) = self.along_all() else { return Count::Refused };
+        self.along = along;
+        let all = [&known.others[..], roots].concat();
+        match self.missing_by(&all, known.axis.as_deref()) {
+            Some(0) => Count::Complete,
+            _ => Count::Refused,
+        }
     }
 
     /// The eigenpairs of `roots` without the unknowns of the contact; none where one has a backward error of more than

@@ -1,5 +1,6 @@
 //! Number of roots by the argument principle.
 
+use super::modal::Sampled;
 use super::{Secular, ABOVE, BELOW, C, CROWDED, EVEN, HALVINGS, SMOOTH, STEP};
 use std::f64::consts::PI;
 
@@ -51,11 +52,11 @@ impl Secular {
     /// How many eigenvalues within the ray, both of each conjugate pair, are missing in `roots`; none where the count
     /// is not certain.
     pub(super) fn missing(&self, roots: &[C]) -> Option<i64> {
-        self.missing_by(roots, &[])
+        self.missing_by(roots, None)
     }
 
-    /// The same by the phase at the logarithms `among` of frequencies as well, ascending.
-    pub(super) fn missing_by(&self, roots: &[C], among: &[f64]) -> Option<i64> {
+    /// The same by the phase at the values `among` on the ray as well, whose moduli ascend.
+    pub(super) fn missing_by(&self, roots: &[C], among: Option<&Sampled>) -> Option<i64> {
         let [poles, roots] = self.balanced(roots);
         let [low, high] = self.modes.range().map(f64::ln);
         let on_ray = |u: f64| C::from_polar(u.exp(), self.angle);
@@ -72,10 +73,13 @@ impl Secular {
             }
             points.insert(0, (u, at(u)));
         }
-        let among: Vec<f64> = among.iter().copied().filter(|u| *u > low && *u < high).collect();
-        let values: Vec<C> = among.iter().map(|u| on_ray(*u)).collect();
-        points.extend(among.iter().copied().zip(self.rest(&roots, &poles, &values)));
-        u = among.last().copied().unwrap_or(low);
+        u = low;
+        if let Some(among) = among {
+            let rest = self.rest_with((&roots, &poles), &among.values, &self.modes.compliance_at(among));
+            let all = among.values.iter().map(|v| v.norm().ln()).zip(rest);
+            points.extend(all.filter(|p| p.0 > low && p.0 < high));
+            u = points.last().map_or(low, |p| p.0);
+        }
         while u < high + ABOVE[0] || !points.last().is_some_and(|p| one(p.1)) {
             u += STEP;
             if u > high + ABOVE[1] {

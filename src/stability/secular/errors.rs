@@ -58,9 +58,13 @@ impl Scaled {
         ];
         let full = [(&rows.at_rest, 1.0), (&rows.by_rate, rate)]
             .map(|(of, unit)| modes.on_modes(&(faer::Scale(unit) * of.as_ref().subcols(0, r))));
+        // Column by column, as they lie in memory.
+        let mut by_modes = vec![0.0f64; nf];
+        for column in full.iter().flat_map(|f| (0..m).map(|j| f.col_as_slice(j))) {
+            by_modes.iter_mut().zip(column).for_each(|(largest, v)| *largest = largest.max(v.abs()));
+        }
         let of = |i: usize| {
-            let by_modes = full.iter().map(|f| (0..m).map(|j| f[(i, j)].abs()).fold(0.0, f64::max));
-            let mut largest = by_modes.fold(0.0, f64::max);
+            let mut largest = by_modes[i];
             let mut squares = [0.0; 2];
             for j in 0..r {
                 squares[0] += rows.at_rest[(i, j)].powi(2) + (rate * rows.by_rate[(i, j)]).powi(2);

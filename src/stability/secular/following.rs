@@ -105,7 +105,7 @@ impl WithSimd for Shifted<'_> {
     type Output = Mat<C>;
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) -> Mat<C> {
+    fn with_simd<S: Simd>(self, simd: S) -> Mat<C> {
         let Self { matrix, shift, columns: Planar { re: mut b_re, im: mut b_im, columns } } = self;
         let n = matrix.nrows();
         if n == 0 {
@@ -128,13 +128,8 @@ impl WithSimd for Shifted<'_> {
             let (p, q, t, w) = (alpha.conj() * shift, beta.conj(), beta * shift, alpha);
             let (v_re, v_im) = (&mut now_re[..k], &mut now_im[..k]);
             let (into_re, into_im) = (&mut r_re[..k], &mut r_im[..k]);
-            for i in 0..k {
-                let (h, x, y) = (before[i], v_re[i], v_im[i]);
-                into_re[i] = p.re * h + q.re * x - q.im * y;
-                into_im[i] = p.im * h + q.re * y + q.im * x;
-                v_re[i] = t.re * h - w.re * x + w.im * y;
-                v_im[i] = t.im * h - w.re * y - w.im * x;
-            }
+            let turned = ([&mut *v_re, &mut *v_im], [&mut *into_re, &mut *into_im]);
+            rotate(simd, [p, q, t, -w], &before[..k], turned);
             // The unit on the diagonal of the column before.
             into_re[k - 1] += alpha.re;
             into_im[k - 1] -= alpha.im;
@@ -144,11 +139,7 @@ impl WithSimd for Shifted<'_> {
             for (re, im) in own {
                 let (x, y) = (re[k] / size, im[k] / size);
                 (re[k], im[k]) = (x, y);
-                let (re, im) = (&mut re[..k], &mut im[..k]);
-                for i in 0..k {
-                    re[i] -= x * into_re[i] - y * into_im[i];
-                    im[i] -= x * into_im[i] + y * into_re[i];
-                }
+                eliminate(simd, C::new(x, y), [into_re, into_im], [&mut re[..k], &mut im[..k]]);
             }
         }
         let first = C::new(now_re[0], now_im[0]).inv();
@@ -168,6 +159,48 @@ impl WithSimd for Shifted<'_> {
             column[n - 1] = above;
         }
         out
+    }
+}
+
+/// A real column h and a complex one v become p h + q v, which goes `into` another one, and t h + w v, which stays;
+/// columns by their real and imaginary parts.
+#[inline(always)]
+fn rotate<S: Simd>(simd: S, factors: [C; 4], h: &[f64], (v, into): ([&mut [f64]; 2], [&mut [f64]; 2])) {
+    let (h, h_rest) = S::as_simd_f64s(h);
+    let ([v_re, v_im], [into_re, into_im]) = (v.map(S::as_mut_simd_f64s), into.map(S::as_mut_simd_f64s));
+    let [p, q, t, w] = factors.map(|f| [f.re, f.im, -f.im].map(|f| simd.splat_f64s(f)));
+    let add = |a, b, c| simd.mul_add_e_f64s(a, b, c);
+    let columns = v_re.0.iter_mut().zip(v_im.0).zip(into_re.0.iter_mut().zip(into_im.0)).zip(h);
+    for (((v_re, v_im), (into_re, into_im)), h) in columns {
+        let (x, y) = (*v_re, *v_im);
+        *into_re = add(q[2], y, add(q[0], x, simd.mul_f64s(p[0], *h)));
+        *into_im = add(q[1], x, add(q[0], y, simd.mul_f64s(p[1], *h)));
+        *v_re = add(w[2], y, add(w[0], x, simd.mul_f64s(t[0], *h)));
+        *v_im = add(w[1], x, add(w[0], y, simd.mul_f64s(t[1], *h)));
+    }
+    let [p, q, t, w] = factors;
+    let columns = v_re.1.iter_mut().zip(v_im.1).zip(into_re.1.iter_mut().zip(into_im.1)).zip(h_rest);
+    for (((v_re, v_im), (into_re, into_im)), h) in columns {
+        let v = C::new(*v_re, *v_im);
+        let (to, stays) = (p * h + q * v, t * h + w * v);
+        (*into_re, *into_im, *v_re, *v_im) = (to.re, to.im, stays.re, stays.im);
+    }
+}
+
+/// A complex column `out` less a number times another one, by their real and imaginary parts.
+#[inline(always)]
+fn eliminate<S: Simd>(simd: S, factor: C, [re, im]: [&[f64]; 2], [out_re, out_im]: [&mut [f64]; 2]) {
+    let ((re, re_rest), (im, im_rest)) = (S::as_simd_f64s(re), S::as_simd_f64s(im));
+    let ((out_re, out_re_rest), (out_im, out_im_rest)) = (S::as_mut_simd_f64s(out_re), S::as_mut_simd_f64s(out_im));
+    let [y, minus_x, minus_y] = [factor.im, -factor.re, -factor.im].map(|f| simd.splat_f64s(f));
+    let add = |a, b, c| simd.mul_add_e_f64s(a, b, c);
+    for ((out_re, out_im), (re, im)) in out_re.iter_mut().zip(out_im).zip(re.iter().zip(im)) {
+        *out_re = add(minus_x, *re, add(y, *im, *out_re));
+        *out_im = add(minus_x, *im, add(minus_y, *re, *out_im));
+    }
+    for ((out_re, out_im), (re, im)) in out_re_rest.iter_mut().zip(out_im_rest).zip(re_rest.iter().zip(im_rest)) {
+        *out_re -= factor.re * re - factor.im * im;
+        *out_im -= factor.re * im + factor.im * re;
     }
 }
 

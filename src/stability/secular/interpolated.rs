@@ -5,7 +5,7 @@ use super::{Condensed, C};
 use faer::Mat;
 
 /// Degrees that are tried, one after the other; the points of each are among those of the next.
-const DEGREES: [usize; 4] = [16, 32, 64, 128];
+const DEGREES: [usize; 5] = [8, 16, 32, 64, 128];
 /// Part of the largest coefficient that the last ones may have.
 const LEFT: f64 = 1e-12;
 /// Part that is nothing.
@@ -28,7 +28,12 @@ pub(super) struct Interpolated {
 
 impl Interpolated {
     /// Between these angular frequencies; none where the polynomials do not settle.
-    pub fn new(contact: &Condensed, [low, high]: [f64; 2]) -> Option<Self> {
+    pub fn new(contact: &Condensed, range: [f64; 2]) -> Option<Self> {
+        Self::to_precision(contact, range, LEFT)
+    }
+
+    /// The same with a part `left` of the largest coefficient that the last ones may have.
+    pub fn to_precision(contact: &Condensed, [low, high]: [f64; 2], left: f64) -> Option<Self> {
         let (middle, half) = (0.5 * (low.ln() + high.ln()), 0.5 * (high / low).ln());
         let r = contact.seen;
         let mut known: Vec<Mat<C>> = Vec::new();
@@ -53,7 +58,7 @@ impl Interpolated {
             let sizes: Vec<f64> =
                 stiffness.col_iter().map(|c| c.iter().map(|v| v.norm()).fold(0.0, f64::max)).collect();
             let largest = |from: usize| sizes[from..].iter().copied().fold(0.0, f64::max);
-            if !(largest(degree - 2) <= LEFT * largest(0)) {
+            if !(largest(degree - 2) <= left * largest(0)) {
                 continue;
             }
             let kept = (0..=degree).rev().find(|&j| sizes[j] > NOTHING * largest(0)).unwrap_or(0) + 1;

@@ -46,6 +46,16 @@ impl State {
         Self { last: LAST.with_borrow(Last::clone), modes: Modes::last() }
     }
 
+    /// Roots and contact of the last solution.
+    pub(super) fn last(&self) -> &Last {
+        &self.last
+    }
+
+    /// Modal sums of the last solution.
+    pub(super) fn modes(&self) -> Option<&Modes> {
+        self.modes.as_deref()
+    }
+
     /// The next state begins from here, whichever was computed last: what is found then depends on this one alone, to
     /// the last bit.
     pub fn restore(&self) {

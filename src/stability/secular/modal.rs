@@ -10,13 +10,13 @@ use faer::Mat;
 use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
 
+mod compliance;
 mod on_contact;
 mod part;
+pub(super) use compliance::Sampled;
 use on_contact::OnContact;
 use part::{basis, functions, off};
 
-/// Frequencies that are looked at together: what is made for them stays near the processor.
-const CHUNK: usize = 32;
 /// Remainder of the shapes of a body once its functions are taken out, over their size.
 const ROUNDING: f64 = 1e-13;
 /// More functions than this part of the modes are not few.
@@ -274,13 +274,9 @@ impl Modes {
     /// The functions at these contact rows of `bodies`; none where the modes consist of others as well there.
     fn shapes(&self, bodies: &CoupledModel, rows: &[usize]) -> Option<Mat<f64>> {
         let ends = [0, self.of.lower, self.modes];
-        let known = self.on_contact.get_or_init(|| OnContact::new(&bodies.modes, &self.basis, ends));
-        let same = known.shapes.shape() == bodies.modes.shape()
-            && (0..self.modes).all(|j| {
-                let (a, b) = (bodies.modes.col_as_slice(j), known.shapes.col_as_slice(j));
-                rows.iter().all(|&row| a[row] == b[row])
-            });
-        let computed = if same { None } else { Some(OnContact::new(&bodies.modes, &self.basis, ends)) };
+        let known = self.on_contact.get_or_init(|| OnContact::new(bodies, &self.basis, ends));
+        let is_known = known.is_of(bodies, rows);
+        let computed = if is_known { None } else { Some(OnContact::new(bodies, &self.basis, ends)) };
         let on = computed.as_ref().unwrap_or(known);
         let largest = |of: &Vec<[f64; 2]>, k: usize| rows.iter().map(|&row| of[row][k]).fold(0.0, f64::max).sqrt();
         let covered = on.squares.iter().all(|of| largest(of, 1) <= ROUNDING * largest(of, 0));
@@ -385,45 +381,6 @@ impl Modes {
         let mut blocks: Vec<[usize; 2]> = self.parts.iter().map(|p| [p.first, p.functions]).collect();
         blocks.dedup();
         blocks
-    }
-
-    /// G at each of `values`, by columns, one after the other, `[r²]` each.
-    pub fn compliance(&self, values: &[C]) -> Vec<C> {
-        let ([g], _) = self.with_derivatives(values);
-        g
-    }
-
-    /// G and dG/dλ at each of `values`, by columns, one after the other, `[r²]` each; and the logarithmic derivative
-    /// of P.
-    pub fn compliances(&self, values: &[C]) -> ([Vec<C>; 2], Vec<C>) {
-        self.with_derivatives(values)
-    }
-
-    /// G and its first derivatives, N in all; and the logarithmic derivative of P.
-    fn with_derivatives<const N: usize>(&self, values: &[C]) -> ([Vec<C>; N], Vec<C>) {
-        let r = self.seen;
-        let mut all = [const { Vec::new() }; N].map(|_: Vec<C>| vec![C::default(); r * r * values.len()]);
-        let mut slopes = vec![C::default(); values.len()];
-        for part in &self.parts {
-            for (chunk, some) in values.chunks(CHUNK).enumerate() {
-                let first = chunk * CHUNK;
-                let (product, of) = part.compliance::<N>(some);
-                slopes[first..first + some.len()].iter_mut().zip(of).for_each(|(a, b)| *a += b);
-                for l in 0..some.len() {
-                    for (d, out) in all.iter_mut().enumerate() {
-                        let [re, im] = [0, 1].map(|k| product.col_as_slice(2 * (N * l + d) + k));
-                        let out = &mut out[(first + l) * r * r..(first + l + 1) * r * r];
-                        for j in 0..part.functions {
-                            let from = j * part.functions..(j + 1) * part.functions;
-                            let into = (part.first + j) * r + part.first;
-                            let parts = re[from.clone()].iter().zip(&im[from]);
-                            out[into..].iter_mut().zip(parts).for_each(|(v, (re, im))| *v += C::new(*re, *im));
-                        }
-                    }
-                }
-            }
-        }
-        (all, slopes)
     }
 
     /// No more than the squares of the norms of the amplitudes of the modes under the forces on the functions, for

@@ -333,49 +333,68 @@ fn roots_go_on_to_other_bodies() {
     same(&other, &other.roots().unwrap());
 }
 
-/// A state that others are continued from, and its spectrum with the 40 least damped eigenvalues tracked.
-fn begun(s: &Interface, pair: &CoupledModel) -> (State, KnownSpectrum) {
+/// A state that others are continued from, and its spectrum with some of the least damped eigenvalues tracked.
+fn begun(s: &Interface, pair: &CoupledModel, tracked: usize) -> (State, KnownSpectrum) {
     State::default().restore();
     let base = contact(s, pair, FrictionLaw::Constant(0.3), 0.01);
     let mut all = eigenpairs(pair, &base, 0.3, 1e-10).unwrap().unwrap();
     all.retain(|p| p.value.im > 0.0);
     all.sort_by(|a, b| a.damping_ratio().total_cmp(&b.damping_ratio()));
-    let wanted: Vec<C> = all.iter().take(40).map(|p| p.value).collect();
-    let known = KnownSpectrum::of_last(&wanted).unwrap();
-    assert_eq!(known.tracked(), 40);
-    (State::present(), known)
+    let wanted: Vec<C> = all.iter().take(tracked).map(|p| p.value).collect();
+    let state = State::present();
+    let known = KnownSpectrum::of_state(&state, &wanted).unwrap();
+    assert_eq!(known.tracked(), tracked);
+    (state, known)
 }
 
-/// Eigenvalues that are continued from another friction, creepage and damping are those of the dense pencil with their
-/// motions, and all that grow are among them.
+/// The eigenvalues that are continued to a contact, all counted or none.
+fn continuation(
+    bodies: &CoupledModel,
+    contact: &LinearContact,
+    known: &KnownSpectrum,
+    counted: bool,
+) -> Option<ContinuedSpectrum> {
+    continued(bodies, contact, known, [0.3, 1e-10], &|_| counted).unwrap()
+}
+
+/// Eigenvalues that are continued from another friction, creepage and damping, many or a few of them, are those of the
+/// dense pencil with their motions, and all that grow are among them.
 #[test]
 fn continued_eigenvalues_are_those_of_the_dense_pencil() {
     let s = interface();
     let pair = bodies(&s);
-    let (state, known) = begun(&s, &pair);
     let mut damped = pair.clone();
     damped.damping = damped.damping.with_diagonal(&[0.1; MODES[0] + MODES[1]]);
     let mut growing = 0;
-    for (bodies, friction, lateral) in [(&pair, 0.31, 0.01), (&pair, 0.28, 0.012), (&damped, 0.305, 0.0095)] {
-        state.restore();
-        let contact = contact(&s, bodies, FrictionLaw::Constant(friction), lateral);
-        let found = continued(bodies, &contact, &known, [0.3, 1e-10]).unwrap();
-        let found = found.unwrap_or_else(|| panic!("{friction}: none"));
-        let all = reduced::eigenpairs(bodies, &contact, 1e-8).unwrap();
-        assert_eq!(found.len(), known.tracked());
-        for f in &found {
-            let far = |p: &&Eigenpair| (p.value - f.value).norm();
-            let w = all.iter().min_by(|a, b| far(a).total_cmp(&far(b))).unwrap();
-            assert!(far(&w) <= 1e-9 * w.value.norm(), "{friction}: {} against {}", f.value, w.value);
-            let square = |v: &[C]| v.iter().map(C::norm_sqr).sum::<f64>();
-            let product: C = f.modal.iter().zip(&w.modal).map(|(a, b)| a.conj() * b).sum();
-            let alike = product.norm_sqr() / (square(&f.modal) * square(&w.modal));
-            assert!((alike - 1.0).abs() < 1e-5, "{friction}: {} has another motion, {alike}", w.value);
-        }
-        for w in all.iter().filter(|p| p.value.im > 0.0 && p.value.re > 0.0) {
-            let near = |f: &Eigenpair| (f.value - w.value).norm() <= 1e-9 * w.value.norm();
-            assert!(found.iter().any(near), "{friction}: {} is missing", w.value);
-            growing += 1;
+    for tracked in [40, 12] {
+        let (state, known) = begun(&s, &pair, tracked);
+        for (bodies, friction, lateral) in [(&pair, 0.31, 0.01), (&pair, 0.28, 0.012), (&damped, 0.305, 0.0095)] {
+            state.restore();
+            let contact = contact(&s, bodies, FrictionLaw::Constant(friction), lateral);
+            let found = continuation(bodies, &contact, &known, true).unwrap_or_else(|| panic!("{friction}: none"));
+            let all = reduced::eigenpairs(bodies, &contact, 1e-8).unwrap();
+            assert_eq!(found.pairs.len(), tracked);
+            for f in &found.pairs {
+                let far = |p: &&Eigenpair| (p.value - f.value).norm();
+                let w = all.iter().min_by(|a, b| far(a).total_cmp(&far(b))).unwrap();
+                assert!(far(&w) <= 1e-9 * w.value.norm(), "{friction}: {} against {}", f.value, w.value);
+                let square = |v: &[C]| v.iter().map(C::norm_sqr).sum::<f64>();
+                let product: C = f.modal.iter().zip(&w.modal).map(|(a, b)| a.conj() * b).sum();
+                let alike = product.norm_sqr() / (square(&f.modal) * square(&w.modal));
+                assert!((alike - 1.0).abs() < 1e-5, "{friction}: {} has another motion, {alike}", w.value);
+            }
+            let is_found =
+                |w: &&Eigenpair| found.pairs.iter().any(|f| (f.value - w.value).norm() <= 1e-9 * w.value.norm());
+            let mut grows = all.iter().filter(|p| p.value.im > 0.0 && p.value.re > 0.0);
+            growing += grows.clone().count();
+            // The count says so; with few tracked ones among many with little damping it is not always certain.
+            assert!(grows.all(|w| is_found(&w)), "{tracked}, {friction}");
+            assert!(tracked < 40 || found.count == Count::Complete, "{friction}");
+            // Whether it is made or not, the eigenvalues are the same.
+            state.restore();
+            let without = continuation(bodies, &contact, &known, false).unwrap();
+            assert_eq!(without.count, Count::NotAsked);
+            assert!(without.pairs.iter().zip(&found.pairs).all(|(a, b)| a.value == b.value));
         }
     }
     assert!(growing > 0, "nothing grows");
@@ -386,12 +405,12 @@ fn continued_eigenvalues_are_those_of_the_dense_pencil() {
 fn continued_eigenvalues_do_not_depend_on_those_before() {
     let s = interface();
     let pair = bodies(&s);
-    let (state, known) = begun(&s, &pair);
+    let (state, known) = begun(&s, &pair, 40);
     let at = |friction: f64| {
         state.restore();
         let contact = contact(&s, &pair, FrictionLaw::Constant(friction), 0.01);
-        let found = continued(&pair, &contact, &known, [0.3, 1e-10]).unwrap().unwrap();
-        found.iter().flat_map(|p| [p.value.re.to_bits(), p.value.im.to_bits()]).collect::<Vec<u64>>()
+        let found = continuation(&pair, &contact, &known, false).unwrap();
+        found.pairs.iter().flat_map(|p| [p.value.re.to_bits(), p.value.im.to_bits()]).collect::<Vec<u64>>()
     };
     let first = at(0.31);
     at(0.29);
@@ -403,20 +422,21 @@ fn continued_eigenvalues_do_not_depend_on_those_before() {
 fn growth_that_is_not_tracked_is_noticed() {
     let s = interface();
     let pair = bodies(&s);
-    let (state, known) = begun(&s, &pair);
+    let (state, known) = begun(&s, &pair, 40);
     let growing = known.tracked.iter().position(|v| v.re > 0.0).expect("one that grows");
     let contact = contact(&s, &pair, FrictionLaw::Constant(0.31), 0.01);
+    let root = known.tracked[growing];
+    let wanted: Vec<C> = known.tracked.iter().copied().filter(|v| *v != root).collect();
     let found = |of: &dyn Fn(C) -> C| {
         state.restore();
-        let mut other = known.clone();
-        let root = other.tracked.remove(growing);
-        other.others.push(of(root));
-        continued(&pair, &contact, &other, [0.3, 1e-10]).unwrap().is_some()
+        let mut other = KnownSpectrum::of_state(&state, &wanted).unwrap();
+        other.others.iter_mut().filter(|v| **v == root).for_each(|v| *v = of(root));
+        continuation(&pair, &contact, &other, true).map(|found| found.count)
     };
-    assert!(!found(&|v| v), "taken for another one");
-    assert!(!found(&|v| C::new(-0.01 * v.im, v.im)), "not counted");
+    assert_eq!(found(&|v| v), None, "taken for another one");
+    assert_eq!(found(&|v| C::new(-0.01 * v.im, v.im)), Some(Count::Refused), "not counted");
     state.restore();
-    assert!(continued(&pair, &contact, &known, [0.3, 1e-10]).unwrap().is_some());
+    assert_eq!(continuation(&pair, &contact, &known, true).map(|found| found.count), Some(Count::Complete));
 }
 
 /// Modes that friction which falls drives harder than they oscillate have real eigenvalues, which no root stands for.

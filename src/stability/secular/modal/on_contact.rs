@@ -1,8 +1,10 @@
 //! Modes as the contact has them.
 
+use crate::model::CoupledModel;
 use faer::Mat;
 use std::cell::RefCell;
 use std::rc::Rc;
+use std::sync::Arc;
 
 thread_local! {
     /// Modes at the contact rows; all states of the same bodies share them.
@@ -13,6 +15,8 @@ thread_local! {
 pub(super) struct OnContact {
     /// The modes, `[3n, modes]`.
     pub(super) shapes: Rc<Mat<f64>>,
+    /// Mark of the models with these modes.
+    mark: Option<Arc<()>>,
     /// The functions, `[3n, r]`.
     pub(super) functions: Mat<f64>,
     /// Squares of the norms of the modes, and of what is left of them without the functions, of each body and row.
@@ -20,9 +24,10 @@ pub(super) struct OnContact {
 }
 
 impl OnContact {
-    /// The modes `psi`, `[3n, modes]`, of which those of each body lie between two of `ends`, by functions with the
-    /// amplitudes `basis`.
-    pub(super) fn new(psi: &Mat<f64>, basis: &Mat<f64>, ends: [usize; 3]) -> Self {
+    /// The modes of `bodies` at the contact, of which those of each body lie between two of `ends`, by functions with
+    /// the amplitudes `basis`.
+    pub(super) fn new(bodies: &CoupledModel, basis: &Mat<f64>, ends: [usize; 3]) -> Self {
+        let psi = &bodies.modes;
         let kept = SHAPES.with_borrow(|last| last.clone().filter(|last| **last == *psi));
         let shapes = kept.unwrap_or_else(|| Rc::new(psi.clone()));
         SHAPES.set(Some(shapes.clone()));
@@ -39,6 +44,20 @@ impl OnContact {
             }
             squares
         });
-        Self { shapes, functions, squares }
+        Self { shapes, mark: bodies.modes_mark.clone(), functions, squares }
+    }
+
+    /// Returns whether the modes of `bodies` are these at some contact rows.
+    pub(super) fn is_of(&self, bodies: &CoupledModel, rows: &[usize]) -> bool {
+        if let (Some(a), Some(b)) = (&self.mark, &bodies.modes_mark) {
+            if Arc::ptr_eq(a, b) {
+                return true;
+            }
+        }
+        let same = |j: usize| {
+            let (a, b) = (bodies.modes.col_as_slice(j), self.shapes.col_as_slice(j));
+            rows.iter().all(|&row| a[row] == b[row])
+        };
+        self.shapes.shape() == bodies.modes.shape() && (0..self.shapes.ncols()).all(same)
     }
 }
