@@ -4,9 +4,10 @@
 //! linearised and closed through the modes (`hill`).
 //!
 //! A small change of every modal displacement and velocity at phase zero is followed through two periods by the
-//! linearised steps of the transient. The contact has no part of its own in the state that is changed, so that with the blocks
-//! of the monodromy matrix for modes (y) and contact (c) these are M₁ = Φ_yy and M₂ = Φ_yy² + Φ_yc Φ_cy. What the
-//! contact knew a period ago is forgotten, Φ_cc Φ_cy = 0, and eigenvalues obey (μ² − μ M₁ − (M₂ − M₁²)) y = 0.
+//! linearised steps of the transient. The contact has no part of its own in the state that is changed, so that with the
+//! blocks of the monodromy matrix for modes (y) and contact (c) these are M₁ = Φ_yy and M₂ = Φ_yy² + Φ_yc Φ_cy. The
+//! contact forgets within a period what it knew before, Φ_cc Φ_cy = 0, and eigenvalues obey
+//! (μ² − μ M₁ − (M₂ − M₁²)) y = 0.
 
 use super::balance::{Balance, Conditions, PeriodicSolution, Resolution, Structure};
 use super::hill::multipliers_near_the_circle;
@@ -33,7 +34,7 @@ pub struct Multipliers {
 const SPILL: usize = 13;
 /// Multipliers that are told of a cycle.
 const TOLD: usize = 12;
-/// Growth of the logarithm in a period that the differences of a march may make.
+/// Growth of the logarithm in a period that the rounding of a march may make.
 const ROUNDING: f64 = 1e-6;
 
 impl Multipliers {

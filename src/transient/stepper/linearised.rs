@@ -76,7 +76,7 @@ impl StateChanges {
     }
 }
 
-/// Where the departure points of some nodes take their displacements from.
+/// Displacements and gaps that the departure points of some nodes take.
 #[derive(Default)]
 struct Feet {
     /// Rows of the interface that they take.
@@ -313,7 +313,7 @@ impl Stepper<'_> {
         free
     }
 
-    /// What the feet of the closed `nodes` take from the displacements before, and from the gaps where an edge moves.
+    /// Displacements and gaps that the departure points of the closed `nodes` take.
     fn feet_of(&self, nodes: &[ClosedNode]) -> Feet {
         let ws = &self.working;
         let mut feet = Feet::default();
