@@ -1,7 +1,7 @@
 //! The steps of a run. Every analysis says what it needs; this decides what is made, in which order, and when it is
 //! freed. `railsqueal check` prints the same steps.
 
-use super::{reduction, stability, steady, transient};
+use super::{cycles, reduction, stability, steady, transient};
 use crate::case::bodies::needs_elements;
 use crate::job::Job;
 
@@ -109,7 +109,10 @@ fn analyses(job: &Job, resume: bool) -> Vec<(Step, Requirements)> {
         (Step::Steady, wanted.steady.as_ref().map(|_| steady::needs(job))),
         (Step::CreepCurve, wanted.creep_curve.as_ref().map(|_| Requirements::default())),
         (Step::Transient, wanted.transient.as_ref().map(|t| transient::needs(t, resume))),
-        (Step::Cycles, wanted.cycles.as_ref().map(|_| Requirements::default())),
+        (Step::Cycles, {
+            let shown = Requirements { shapes: cycles::animation::is_shown(job), ..Requirements::default() };
+            wanted.cycles.as_ref().map(|_| shown)
+        }),
     ];
     all.into_iter().filter_map(|(s, n)| n.map(|n| (s, n))).collect()
 }

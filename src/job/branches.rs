@@ -44,6 +44,12 @@ pub struct Branches {
     /// Computes the Floquet multipliers of each cycle.
     #[serde(default = "default_stability")]
     pub stability: bool,
+    /// One cycle of so many of a branch has its period in the result, as special points have: contact forces and nodes
+    /// that stick, and with `output.fields` the motion of the bodies for ParaView. Default: special points alone,
+    /// without motion.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(range(min = 1, max = 10_000))]
+    pub every: Option<u32>,
     /// Cycles that branches begin with.
     #[serde(default)]
     pub starts: Starts,

@@ -17,7 +17,7 @@ use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// Companion files beside a main file: real modes of the bodies, complex modes of the coupled system, a transient.
-const COMPANIONS: [&str; 3] = ["free_modes.vtkhdf", "modes.vtkhdf", "transient.vtkhdf"];
+const COMPANIONS: [&str; 4] = ["free_modes.vtkhdf", "modes.vtkhdf", "transient.vtkhdf", "cycles.vtkhdf"];
 
 /// The reduced model of a run that is not complete, or the modes in it.
 pub const MODEL: &str = "model.h5";

@@ -217,3 +217,45 @@ fn what_no_branch_can_follow_is_refused() {
     let parts = ["rest is stable at contact.creepage.lateral = 0.0041", "unstable mode"];
     folder.call(1, "run", &["--output", &folder.text("none.h5")]).failed(2, &parts);
 }
+
+/// The motion of the bodies over the period of some cycles, as ParaView plays it: its velocity where the bodies touch
+/// is the one that the table of the cycles has.
+#[test]
+fn cycles_move_the_bodies_of_the_sequence() {
+    let mut wanted = quick();
+    (wanted["every"], wanted["most"], wanted["stability"]) = (json!(2), json!(2), json!(false));
+    let mut job = job(wanted);
+    job["output"] = json!({ "fields": true });
+    let folder = Folder::with(job.to_string());
+    folder.call(2, "run", &[]).good();
+    let (table, file) = (open(folder.path("job.h5")), open(folder.path("job.cycles.vtkhdf")));
+    let numbers = |file: &hdf5::File, name: &str| -> Vec<f64> {
+        file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
+    };
+    let places: Vec<i64> = table.dataset("cycles/period/point").and_then(|d| d.read_raw()).expect("places");
+    let (points, body) = (numbers(&file, "VTKHDF/Points"), numbers(&file, "VTKHDF/PointData/body"));
+    let motion = numbers(&file, "VTKHDF/PointData/displacement");
+    let (count, phases) = (points.len() / 3, 24);
+    assert!(places.len() >= 2, "{places:?}");
+    assert_eq!(motion.len(), 3 * count * phases * places.len());
+    assert_eq!(numbers(&file, "VTKHDF/Steps/Values").len(), phases * places.len());
+    let (frequency, velocity) = (numbers(&table, "cycles/frequency"), numbers(&table, "cycles/velocity_rms"));
+    for (k, &place) in places.iter().enumerate() {
+        assert_eq!(numbers(&file, "cycles/frequency")[k * phases], frequency[place as usize]);
+        for (b, number) in [1.0, 2.0].into_iter().enumerate() {
+            let far = |p: &usize| points[3 * p..3 * p + 3].iter().map(|x| x * x).sum::<f64>();
+            let node = (0..count).filter(|&p| body[p] == number).min_by(|p, q| far(p).total_cmp(&far(q)));
+            let node = node.expect("a node");
+            let at = |phase: usize| motion[3 * ((k * phases + phase) * count + node) + 1];
+            let mean = (0..phases).map(at).sum::<f64>() / phases as f64;
+            let rms = ((0..phases).map(|p| at(p).powi(2)).sum::<f64>() / phases as f64).sqrt();
+            assert!(mean.abs() < 1e-5 * rms, "{mean} m of {rms} m");
+            let (found, want) = (
+                2.0 * std::f64::consts::PI * frequency[place as usize] * rms,
+                velocity[6 * place as usize + 3 * b + 1],
+            );
+            // Higher harmonics have more of the velocity than of the displacement.
+            assert!((found / want - 1.0).abs() < 0.05, "cycle {place}, body {number}: {found} m/s, {want} m/s");
+        }
+    }
+}

@@ -2,6 +2,7 @@
 
 mod absorbers;
 mod bad_input;
+mod both_wheels;
 mod branches;
 mod consistent;
 mod creep_curve;

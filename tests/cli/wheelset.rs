@@ -208,6 +208,10 @@ fn mistakes_about_both_wheels_are_told() {
     told(
         &|job| {
             job["analyses"]["creep_curve"] = json!({ "key": "lateral", "values": [0, 0.01] });
+            job["analyses"]["cycles"] = json!({ "along": "contact.friction", "from": 0.1, "to": 0.5 });
+            let distribution = json!({ "normal": { "mean": 0.4, "deviation": 0.02 } });
+            job["analyses"]["uncertainty"] =
+                json!({ "inputs": [{ "key": "contact.friction", "distribution": distribution }], "samples": 8 });
             (job["curve"], job["vehicle"], job["contact"]["from"]) = (Value::Null, Value::Null, Value::Null);
             (job["contact"]["normal_load"], job["contact"]["speed"]) = (json!(60e3), json!(10));
             job["contact"]["placement"] =
@@ -215,6 +219,8 @@ fn mistakes_about_both_wheels_are_told() {
         },
         &[
             "creep_curve: takes one contact; expected contact.wheels = \"one\"",
+            "cycles: takes one contact; expected contact.wheels = \"one\", or a job with modes, steady, stability",
+            "uncertainty: takes one contact; expected contact.wheels = \"one\", or a job with modes",
             "found running circles 1.54 m apart",
             "contact.placement.touch_near: names one place",
         ],

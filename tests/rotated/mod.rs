@@ -15,7 +15,7 @@ fn turn(n: usize) -> Mat<f64> {
 pub fn rotated(pair: &CoupledModel) -> (CoupledModel, Mat<f64>) {
     let (m1, m) = (pair.lower_modes, pair.omega.len());
     let turns = [turn(m1), turn(m - m1)];
-    let q = ModalMatrix::Blocks(turns.iter().cloned().map(ModalBlock::Full).collect()).full();
+    let q = ModalMatrix::Blocks(turns.iter().cloned().map(|m| ModalBlock::Full(m.into())).collect()).full();
     let of = |matrix: &ModalMatrix| {
         let block = |(first, q): (usize, &Mat<f64>)| {
             let own = Mat::from_fn(q.nrows(), q.nrows(), |i, j| matrix.get(first + i, first + j));
@@ -23,7 +23,7 @@ pub fn rotated(pair: &CoupledModel) -> (CoupledModel, Mat<f64>) {
             // Symmetric to the last bit, as what is made from symmetric matrices.
             Mat::from_fn(q.nrows(), q.nrows(), |i, j| 0.5 * (turned[(i, j)] + turned[(j, i)]))
         };
-        ModalMatrix::Blocks([0, m1].into_iter().zip(&turns).map(block).map(ModalBlock::Full).collect())
+        ModalMatrix::Blocks([0, m1].into_iter().zip(&turns).map(block).map(|m| ModalBlock::Full(m.into())).collect())
     };
     let turned = CoupledModel {
         modes: &pair.modes * &q,

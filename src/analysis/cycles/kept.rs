@@ -47,8 +47,8 @@ impl KeptBranches {
     pub(super) fn open(world: &World, output: &Path, given: &Job, search: &Search<'_>) -> Result<Self> {
         let folder = folder(output);
         let text = |v: &serde_json::Value| v.to_string();
-        // More cycles of a branch are cycles of the same branch.
-        let own = Branches { most: 1, ..search.wanted.clone() };
+        // More cycles of a branch are cycles of the same branch, and so are others that are shown.
+        let own = Branches { most: 1, every: None, ..search.wanted.clone() };
         let json = serde_json::json!({
             "contact": search.job.contact, "bodies": search.job.bodies,
             "stability": search.job.analyses.stability, "cycles": own

@@ -2,6 +2,7 @@
 //! of rest and of squeal that was started. Starts and directions are spread over the ranks; the result does not depend
 //! on their number. Everything that is done is kept on the disk, and a later run of the same job takes it up.
 
+pub mod animation;
 mod follow;
 mod kept;
 mod onsets;
@@ -97,6 +98,7 @@ pub fn run(
         let tables = BranchTables {
             along: (&wanted.along, &unit),
             branches: &branches.all,
+            every: wanted.every,
             watch: &watched,
             onsets: &onsets,
             structure: (&structure, pair.0),
@@ -106,13 +108,14 @@ pub fn run(
         tables.extend(sounds.iter().flat_map(sound::Sounds::tables));
         Ok((tables, watched, sounds))
     })?;
+    let every = wanted.every;
     if let Some((tables, watched, sounds)) = found {
         let told =
             summary::BranchSummary { wanted, branches: &branches, onsets: &onsets, watch: &watched, failed: &failed };
         told.write(sounds.as_ref(), &mut run.summary);
         run.file.tables(tables);
     }
-    Ok(())
+    animation::write(run, bodies, &branches.all, every)
 }
 
 /// The error of a job without a start.

@@ -1,6 +1,7 @@
 use super::*;
 use crate::body::ModeLabel;
 use crate::swept::RotationBlocks;
+use crate::swept::{Wheel, WheelShape};
 
 fn seen(order: usize, omega: &[f64]) -> ContactModeData {
     let m = omega.len();
@@ -82,4 +83,42 @@ fn pairs_at_the_contact_and_in_rotation() {
     assert_eq!((r.gyroscopic[(2, 3)], r.gyroscopic[(2, 4)]), (-2.0, 0.0));
     assert_eq!(r.diameters(), [2.0, 2.0, 0.0, 0.0, 2.0, 2.0]);
     assert_eq!((r.stiffness[(0, 4)], r.stiffness[(0, 5)], r.stiffness[(4, 4)]), (-1.0, 0.0, -2.0));
+}
+
+/// Modes of the wheelset have the same names and frequencies from half sections and from the whole one.
+#[test]
+fn names_and_frequencies_of_half_sections_are_those_of_the_whole() {
+    let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+    let shape = WheelShape::w920s_wheelset();
+    let given = SectionSource::Wheel(Wheel { shape, offset: 0.0, height: None, mirrored: true });
+    let section = given.for_modes().expect("section");
+    let at = |y: f64| Bearing { place: [0.0, y], stiffness: [9e6, 5e6, 1e6] };
+    let bearings = given.bearings(&section, &[at(-1.0), at(1.0)]).expect("bearings");
+    let mirror = Mirror::new(&section, given.middle().expect("a wheelset")).expect("mirror images");
+    let forms = Forms::new(section, steel, &[]).expect("forms").on_bearings(&bearings);
+    let halves = HalfSections::new(&forms, &mirror).expect("halves");
+    let named = |of: &dyn Fn(usize) -> (Modes, Vec<f64>)| {
+        let seen = |n: usize| {
+            let (modes, parity) = of(n);
+            ContactModeData::new(&forms, &modes, &[], None).with_parity(parity)
+        };
+        let all: Vec<ContactModeData> = (0..4).map(seen).collect();
+        let list = members(&all);
+        let mut named: Vec<(String, f64)> =
+            names(&all, &list).iter().zip(&list).map(|(name, m)| (name.to_string(), m.omega())).collect();
+        named.sort_by(|a, b| a.0.cmp(&b.0).then(a.1.total_cmp(&b.1)));
+        named
+    };
+    let limit = 2.0 * PI * 3000.0;
+    let own = named(&|n| halves.of_order(&forms, n, limit).expect("modes"));
+    let whole = named(&|n| {
+        let mut modes = of_order(&forms, n, limit).expect("modes");
+        let parity = mirror.separate(&forms, &mut modes);
+        (modes, parity)
+    });
+    assert!(own.len() > 40 && own.iter().any(|(name, _)| name == "(0, symmetric torsion 0)"), "{own:?}");
+    assert_eq!(own.len(), whole.len());
+    for ((name, omega), (other, there)) in own.iter().zip(&whole) {
+        assert!(name == other && (omega - there).abs() <= 1e-8 * there, "{name} {omega}, {other} {there}");
+    }
 }

@@ -53,12 +53,24 @@ pub struct OneBranch {
     pub unit: f64,
 }
 
+/// Cycles whose period is told, with their places among all rows: special points, and every so-manieth cycle of a
+/// branch.
+pub fn shown(branches: &[OneBranch], every: Option<u32>) -> Vec<(usize, &BranchPoint)> {
+    let wanted = |number: usize, point: &BranchPoint| {
+        point.special.is_some() || every.is_some_and(|k| number.is_multiple_of(k.max(1) as usize))
+    };
+    let all = branches.iter().flat_map(|b| b.points.iter().enumerate());
+    all.enumerate().filter(|(_, (number, point))| wanted(*number, point)).map(|(row, (_, p))| (row, p)).collect()
+}
+
 /// The branches, and what is known of rest.
 pub struct BranchTables<'a> {
     /// The key and its unit.
     pub along: (&'a str, &'a str),
     /// The branches.
     pub branches: &'a [OneBranch],
+    /// One cycle of so many has a period in the tables beside the special points; none where they alone have.
+    pub every: Option<u32>,
     /// Velocities of the lower and the upper body (x, y, n) at the contact over the modal ones, `[6][m]`.
     pub watch: &'a [Vec<f64>],
     /// Thresholds of rest, and of further modes.
@@ -97,8 +109,8 @@ impl BranchTables<'_> {
         let unstable: Vec<i64> =
             points.iter().map(|p| p.multipliers.as_ref().map_or(-1, |m| m.unstable() as i64)).collect();
         let special: Vec<String> = points.iter().map(|p| p.special.map_or("", |s| s.kind.name()).into()).collect();
-        let told: Vec<&BranchPoint> = points.iter().copied().filter(|p| p.special.is_some()).collect();
-        let places: Vec<i64> = (0..count).filter(|&k| points[k].special.is_some()).map(|k| k as i64).collect();
+        let (places, told): (Vec<i64>, Vec<&BranchPoint>) =
+            shown(self.branches, self.every).into_iter().map(|(place, p)| (place as i64, p)).unzip();
         let steps = points.first().map_or(0, |p| p.cycle.force.len());
         let onsets = |of: &dyn Fn(&Onset) -> f64| self.onsets.iter().map(of).collect::<Vec<f64>>();
         let (along, unit) = self.along;
@@ -180,18 +192,18 @@ impl BranchTables<'_> {
                 "Modes of rest that grow on both sides: 0 where rest loses its stability or finds it again.",
                 self.onsets.iter().map(|o| o.mode as i64).collect::<Vec<i64>>(),
             ),
-            Table::list("/cycles/period/point", "1", "Places of the special points, whose periods follow.", places),
+            Table::list("/cycles/period/point", "1", "Places of the cycles whose periods follow.", places),
             Table::new(
                 "/cycles/period/force",
                 "N",
-                "Contact force (x, y, z) on body 1 over a period of each special point.",
+                "Contact force (x, y, z) on body 1 over a period of each of them.",
                 &[told.len(), steps, 3],
                 told.iter().flat_map(|p| p.cycle.force.iter().flatten().copied()).collect::<Vec<f64>>(),
             ),
             Table::new(
                 "/cycles/period/nodes",
                 "1",
-                "Closed and sticking nodes over a period of each special point.",
+                "Closed and sticking nodes over a period of each of them.",
                 &[told.len(), steps, 2],
                 told.iter().flat_map(|p| p.cycle.nodes.iter().flatten().map(|n| *n as i64)).collect::<Vec<i64>>(),
             ),

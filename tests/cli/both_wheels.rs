@@ -1,0 +1,140 @@
+//! Both wheels of a wheelset in contact at once: derivatives, motion in time, and all places of either wheel.
+
+use super::interrupted::{same, start, wait_for};
+use super::program::*;
+use num_complex::Complex64;
+use serde_json::{json, Value};
+use std::process::Command;
+
+fn read<T: hdf5::H5Type>(folder: &Folder, file: &str, name: &str) -> Vec<T> {
+    let file = hdf5::File::open(folder.path(file)).expect("result file");
+    file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+/// The wheelset a little aside of the middle of straight track, braked, with either wheel on its tread and few modes.
+fn on_straight_track(analyses: Value) -> Value {
+    let mut job = job("wheelset-both-wheels.json");
+    (job["curve"], job["vehicle"]) = (Value::Null, Value::Null);
+    let contact = &mut job["contact"];
+    contact["from"] = Value::Null;
+    (contact["normal_load"], contact["speed"]) = (json!(20e3), json!(10));
+    contact["placement"] = json!({
+        "side": "right", "radius": 0.46, "cant": 0.025, "lateral": 1.5e-3, "yaw": 2e-3,
+        "creepage": { "longitudinal": 0.01 }
+    });
+    job["analyses"] = analyses;
+    job["analyses"]["modes"] = json!({ "max_frequency": 400 });
+    job["output"] = json!({ "fields": false });
+    job
+}
+
+/// Derivatives of the eigenvalues are differences of runs: by the friction of both contacts, by their speed and by
+/// their longitudinal creepages.
+#[test]
+fn derivatives_of_both_wheels_are_differences_of_runs() {
+    let folder = Folder::with(on_straight_track(json!({ "steady": {}, "stability": {} })).to_string());
+    let run = |out: &str, set: &str| -> Vec<Complex64> {
+        folder.call(1, "run", &["--set", set, "--output", &folder.text(out), "--force"]).good();
+        read(&folder, out, "stability/eigenvalue")
+    };
+    let values = run("here.h5", "analyses.stability.sensitivities=true");
+    let parameters: [(&str, f64, f64, &str); 3] = [
+        ("friction", 1.0, 1e-4, "contact.friction"),
+        ("speed", 10.0, 1e-3, "contact.speed"),
+        ("longitudinal", 0.01, 1e-6, "contact.placement.creepage.longitudinal"),
+    ];
+    for (name, here, step, key) in parameters {
+        let at = |value: f64| if name == "friction" { 0.4 * value } else { value };
+        let [ahead, behind] = [step, -step].map(|by| run("changed.h5", &format!("{key}={}", at(here + by))));
+        let found: Vec<Complex64> = read(&folder, "here.h5", &format!("stability/sensitivity/{name}"));
+        let largest = found.iter().filter(|f| !f.is_nan()).map(|f| f.norm()).fold(0.0, f64::max);
+        assert!(found.len() == values.len() && largest > 0.0, "{name}: {found:?}");
+        let mut compared = 0;
+        for (f, l) in found.iter().zip(&values).filter(|(f, _)| !f.is_nan()) {
+            let near = |all: &[Complex64]| {
+                *all.iter().min_by(|a, b| (*a - l).norm().total_cmp(&(*b - l).norm())).expect("eigenvalues")
+            };
+            let want = (near(&ahead) - near(&behind)) / (2.0 * step);
+            assert!((f - want).norm() < 1e-3 * want.norm() + 1e-4 * largest, "{l}, by {name}: {f} against {want}");
+            compared += 1;
+        }
+        assert!(compared > 8, "{name}: {found:?}");
+    }
+}
+
+/// The wheelset in time, pushed at random.
+fn in_time(hold: &str) -> Value {
+    on_straight_track(json!({
+        "transient": {
+            "duration": 4e-4, "step": 1e-5, "hold": hold, "segment": 5, "contact_stride": 5,
+            "start": { "state": "steady", "random": { "seed": 3, "energy": 1e-2 } }
+        }
+    }))
+}
+
+/// Normal forces of both wheels at each step, N.
+fn normal_forces(folder: &Folder, file: &str) -> [Vec<f64>; 2] {
+    ["transient/force", "transient_2/force"]
+        .map(|name| read::<f64>(folder, file, name).chunks(3).map(|f| -f[2]).collect())
+}
+
+/// With `hold` = "load" each wheel bears its load at each step; a run that is killed goes on to the same bits. With
+/// "approach" the loads follow the motion.
+#[test]
+fn both_wheels_roll_in_time_and_go_on_after_a_kill() {
+    let folder = Folder::with(in_time("load").to_string());
+    folder.call(1, "run", &[]).good();
+    for normal in normal_forces(&folder, "job.h5") {
+        assert_eq!(normal.len(), 40);
+        let apart = normal.iter().map(|n| (n - 20e3).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-8 * 20e3, "{apart} N");
+    }
+    let along = ["transient/force", "transient_2/force"].map(|name| read::<f64>(&folder, "job.h5", name));
+    for force in &along {
+        let moved = force.chunks(3).map(|f| (f[0] - force[0]).abs()).fold(0.0, f64::max);
+        assert!(moved > 1e-6 * 20e3, "nothing moves: {moved} N");
+    }
+    assert!(along[0] != along[1], "the same contact twice");
+    let killed = folder.text("killed.h5");
+    let mut child = start(Command::new(PROGRAM), &["run", &folder.text("job.json"), "--output", &killed]);
+    wait_for(&folder.path("killed.transient"), 3, &mut child);
+    child.kill().expect("kill");
+    child.wait().expect("wait");
+    folder.call(1, "run", &["--resume", &killed]).good();
+    let [whole, resumed] = ["job.h5", "killed.h5"].map(|name| hdf5::File::open(folder.path(name)).expect("a result"));
+    same(&whole, &resumed);
+    drop((whole, resumed));
+    let bits =
+        |file: &str| read::<f64>(&folder, file, "transient_2/force").iter().map(|f| f.to_bits()).collect::<Vec<_>>();
+    assert!(bits("job.h5") == bits("killed.h5"));
+
+    let held = Folder::with(in_time("approach").to_string());
+    held.call(1, "run", &[]).good();
+    for normal in normal_forces(&held, "job.h5") {
+        let apart = normal.iter().map(|n| (n / 20e3 - 1.0).abs()).fold(0.0, f64::max);
+        assert!((1e-6..0.5).contains(&apart), "{apart} of the load");
+    }
+}
+
+/// All places of either wheel in a curve: one of the inner wheel, two of the outer one, each with its load of the
+/// equilibrium. The two contacts of the outer wheel share what one of them would not carry.
+#[test]
+#[ignore = "long: scripts/validate cli"]
+fn all_places_of_both_wheels_are_solved_at_once() {
+    let mut job = job("wheelset-both-wheels.json");
+    job["contact"]["places"] = json!("all");
+    job["analyses"] = json!({ "modes": { "max_frequency": 400 }, "steady": {}, "stability": {} });
+    let folder = Folder::with(job.to_string());
+    let out = folder.call(1, "run", &[]).good().out.clone();
+    assert!(out.contains("contact 3") && !out.contains("left out"), "{out}");
+    let normal: Vec<f64> = read(&folder, "job.h5", "curving/contacts/normal_force");
+    let forces =
+        ["contact", "contact_2", "contact_3"].map(|name| read::<f64>(&folder, "job.h5", &format!("{name}/force")));
+    for force in &forces {
+        assert!(normal.iter().any(|n| (-force[2] / n - 1.0).abs() < 1e-6), "{force:?} {normal:?}");
+        let sliding = force[0].hypot(force[1]) / (0.4 * -force[2]);
+        assert!((0.9..=1.0 + 1e-9).contains(&sliding), "{sliding}");
+    }
+    let rates: Vec<f64> = read(&folder, "job.h5", "stability/growth_rate");
+    assert!(rates.len() > 8 && rates.iter().all(|rate| rate.is_finite()), "{rates:?}");
+}
