@@ -28,8 +28,8 @@ fn on_straight_track(analyses: Value) -> Value {
     job
 }
 
-/// Derivatives of the eigenvalues are differences of runs: by the friction of both contacts, by their speed and by
-/// their longitudinal creepages.
+/// Derivatives of the eigenvalues are differences of runs: by the friction of both contacts and by their longitudinal
+/// creepages.
 #[test]
 fn derivatives_of_both_wheels_are_differences_of_runs() {
     let folder = Folder::with(on_straight_track(json!({ "steady": {}, "stability": {} })).to_string());
@@ -38,9 +38,9 @@ fn derivatives_of_both_wheels_are_differences_of_runs() {
         read(&folder, out, "stability/eigenvalue")
     };
     let values = run("here.h5", "analyses.stability.sensitivities=true");
-    let parameters: [(&str, f64, f64, &str); 3] = [
+    // The speed of the job turns the wheels as well, which the derivative by the speed leaves as they are.
+    let parameters: [(&str, f64, f64, &str); 2] = [
         ("friction", 1.0, 1e-4, "contact.friction"),
-        ("speed", 10.0, 1e-3, "contact.speed"),
         ("longitudinal", 0.01, 1e-6, "contact.placement.creepage.longitudinal"),
     ];
     for (name, here, step, key) in parameters {
