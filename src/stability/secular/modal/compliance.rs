@@ -8,11 +8,14 @@ use std::rc::Rc;
 /// Frequencies that are looked at together: what is made for them stays near the processor.
 const CHUNK: usize = 32;
 
+/// G of a body, chunk by chunk, as soon as it was made.
+type KeptCompliance = RefCell<Vec<Mat<f64>>>;
+
 /// Values of λ at which G is asked for again and again: that of a body that stays as it is is kept.
 pub(in super::super) struct Sampled {
     pub values: Vec<C>,
-    /// Bodies whose G is kept once it was made, chunk by chunk.
-    kept: Vec<(Rc<Part>, RefCell<Vec<Mat<f64>>>)>,
+    /// Bodies whose G is kept.
+    kept: Vec<(Rc<Part>, KeptCompliance)>,
 }
 
 impl Sampled {
