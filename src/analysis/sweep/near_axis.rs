@@ -1,6 +1,6 @@
 //! Modes of a study that may become unstable: only these are continued from sample to sample.
 //!
-//! Of each mode that is followed a linear function of the inputs is fitted to the growth rates at the base points. The
+//! A linear function of the inputs is fitted to the growth rates of each followed mode at the base points. The
 //! mode is near the axis where the largest value of this function at the samples, plus a multiple of its largest
 //! residual, is not negative. Where the base points are too few for a fit, the largest growth rate and the range of the
 //! growth rates stand for both. What becomes unstable beyond this is found by the counts ([`counts`](super::counts)).
@@ -46,7 +46,7 @@ pub(super) struct NearAxis {
 
 /// Inputs that growth rates are fitted to.
 pub(super) struct FitInputs<'a> {
-    /// FitInputs over their deviations at the base points, `[bases][inputs]`.
+    /// Inputs over their deviations at the base points, `[bases][inputs]`.
     pub bases: Vec<&'a [f64]>,
     /// The same at the samples, `[samples][inputs]`.
     pub samples: Vec<&'a [f64]>,

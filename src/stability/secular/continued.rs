@@ -5,9 +5,10 @@
 //! frequencies alone. Where one root does not settle, goes far, or meets another one, there is no answer, and the
 //! spectrum has to be searched for as a whole.
 //!
-//! That no unstable one is missing is counted on request, along the imaginary axis, at the frequencies of the others:
-//! with the continued roots exact and the others near theirs, what is left of the determinant has no zeros in the right
-//! half-plane but those that are missing. For the count the contact is interpolated over the frequencies of all modes.
+//! A count on request tells that no unstable one is missing, along the imaginary axis, at the frequencies of the
+//! others: with the continued roots exact and the others near theirs, what is left of the determinant has no zeros in
+//! the right half-plane but those that are missing. For the count the contact is interpolated over the frequencies of
+//! all modes.
 
 use super::last::State;
 use super::modal::Sampled;
