@@ -115,7 +115,14 @@ impl Study<'_> {
             }
             Parameter::Approach => contact.approach = contact.approach.map(|d| d + by),
             Parameter::Speed => {
-                each(&mut contact, &|c| c.speed += by);
+                // All that moves goes faster alike, so that creepages stay.
+                let factor = 1.0 + by / contact.speed;
+                each(&mut contact, &|c| {
+                    c.speed *= factor;
+                    let track = c.placement.as_mut();
+                    let speeds = track.into_iter().flat_map(|p| [p.speed.as_mut(), p.angular_speed.as_mut()]).flatten();
+                    speeds.for_each(|v| *v *= factor);
+                });
                 if self.model.rotation.iter().any(Option::is_some) {
                     let job = Job { contact: Some(contact.clone()), ..job.clone() };
                     moved = Some(self.model.pair_of(&job)?);

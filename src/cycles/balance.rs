@@ -90,6 +90,22 @@ pub struct Resolution {
     pub samples: usize,
 }
 
+/// Harmonics and steps of a period that lead near a cycle.
+const COARSE: Resolution = Resolution { harmonics: 3, samples: 80 };
+
+impl Resolution {
+    /// The resolution of equations that only have to lead near a cycle.
+    pub fn coarser(self) -> Self {
+        Self { harmonics: self.harmonics.min(COARSE.harmonics), samples: self.samples.min(COARSE.samples) }
+    }
+
+    /// ω, rad/s, of cycles whose modes have the `frequency`, Hz: in N steps of 2π/(Nω).
+    pub fn omega(self, frequency: f64) -> f64 {
+        let part = PI / self.samples as f64;
+        2.0 * PI * frequency * part / part.tan()
+    }
+}
+
 /// Conditions at one value of the key.
 #[derive(Debug, Clone)]
 pub struct Conditions {

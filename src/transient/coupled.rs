@@ -6,7 +6,7 @@ use crate::dense::{add_columns, add_symmetric, dot};
 use crate::model::{ModalBlock, ModalMatrix, RotationTerms};
 use crate::{Error, Result};
 use faer::linalg::solvers::DenseSolveCore;
-use faer::{Mat, Side};
+use faer::{ColRef, Mat, MatRef, Scale, Side};
 
 /// A square matrix by what a product with it needs.
 #[derive(Debug, Clone)]
@@ -76,6 +76,23 @@ impl Blocks {
                 Block::Diagonal(d) => out.iter_mut().zip(d).zip(x).for_each(|((o, d), x)| *o = d * x),
                 Block::Symmetric(columns) => add_symmetric(columns, *n, x, out),
                 Block::Full(columns) => add_columns(columns, *n, x, out),
+            }
+            first += n;
+        }
+        out
+    }
+
+    /// A X, `[m, c]`.
+    fn times_columns(&self, x: &Mat<f64>) -> Mat<f64> {
+        let mut out = Mat::zeros(x.nrows(), x.ncols());
+        let mut first = 0;
+        for (n, block) in &self.0 {
+            let (x, mut out) = (x.as_ref().subrows(first, *n), out.as_mut().subrows_mut(first, *n));
+            match block {
+                Block::Diagonal(d) => out.copy_from(ColRef::from_slice(d).as_diagonal() * x),
+                Block::Symmetric(columns) | Block::Full(columns) => {
+                    out.copy_from(MatRef::from_column_major_slice(columns, *n, *n) * x);
+                }
             }
             first += n;
         }
@@ -162,6 +179,23 @@ impl Coupled {
         change
     }
 
+    /// The same of small changes, one in each column, `[m, c]`.
+    pub(super) fn changes(&self, force: Mat<f64>, q: &Mat<f64>, v: &Mat<f64>) -> Mat<f64> {
+        let own = Scale(1.0 / self.theta) * v;
+        let force = Scale(self.h) * (force - self.stiffness.times_columns(q)) + &own;
+        self.inverse.times_columns(&force) - own
+    }
+
+    /// A⁻¹ X.
+    pub(super) fn solved_columns(&self, x: &Mat<f64>) -> Mat<f64> {
+        self.inverse.times_columns(x)
+    }
+
+    /// [`lag`](Self::lag) of each column of `f`, `[m, c]`.
+    pub(super) fn lags(&self, f: &Mat<f64>) -> Option<Mat<f64>> {
+        self.lag.as_ref().map(|lag| lag.times_columns(f))
+    }
+
     /// A⁻¹ x.
     pub(super) fn solved(&self, x: &[f64]) -> Vec<f64> {
         self.inverse.times(x)
@@ -173,7 +207,7 @@ impl Coupled {
     }
 
     /// Ψ L with the symmetric part L Lᵀ of A⁻¹, from the transpose of Ψ, `[m, 3n]`; `[3n, m]`.
-    pub(super) fn half(&self, modes: faer::MatRef<'_, f64>) -> Mat<f64> {
+    pub(super) fn half(&self, modes: MatRef<'_, f64>) -> Mat<f64> {
         let mut out = Mat::zeros(modes.nrows(), modes.ncols());
         let mut first = 0;
         for l in &self.factors {

@@ -18,11 +18,16 @@ pub trait Dynamics {
     /// v) at the end. Once in each step.
     fn free(&mut self, q: &[f64], v: &[f64], f: &[f64]) -> Result<(Vec<f64>, Vec<f64>)>;
 
-    /// Changes of (q, v) at the end of a step without the reaction at its end, by small changes of `q`, `v` and `f` at
-    /// its beginning; none where they are not known.
-    fn free_change(&self, _q: &[f64], _v: &[f64], _f: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
+    /// Changes at the end of a step without the reaction at its end, by small changes of (q, v, f) at its beginning,
+    /// `[m, c]`, one in each column: those of q and v, and the displacements that the contact sees, [`lag`](Self::lag)
+    /// included. None where they are not known.
+    fn free_changes(&self, _changes: [&Mat<f64>; 3]) -> Option<[Mat<f64>; 3]> {
         None
     }
+
+    /// Adds to the changes (q, v) what changes `f` of the forces at the end of the step do, `[m, c]`, where
+    /// [`free_changes`](Self::free_changes) are known.
+    fn add_changes(&self, _f: &Mat<f64>, _changes: [&mut Mat<f64>; 2]) {}
 
     /// Part of the response that W leaves out, under the forces `f` at the beginning of a step, at the contact, `[m]`;
     /// none where W is complete.

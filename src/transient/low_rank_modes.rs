@@ -6,7 +6,7 @@
 
 use super::aligned::{padded_len, AlignedVec};
 use crate::dense::{add_columns, wide_dot};
-use faer::MatRef;
+use faer::{Mat, MatRef};
 
 /// Columns that are shorter than this part of the largest count as nothing. Mode shapes are known to 1e-9 at best;
 /// both sides of a step take the same B Cᵀ, so that energy stays what it is.
@@ -79,6 +79,22 @@ impl LowRankModes {
         let mut z = vec![0.0; self.rank];
         add_columns(&mix.rows, self.rank, q, &mut z);
         z
+    }
+
+    /// Cᵀ Q of amplitudes in columns, `[r, c]`.
+    pub(super) fn contact_motion(&self, q: &Mat<f64>) -> Mat<f64> {
+        match &self.mix {
+            Some(mix) => MatRef::from_column_major_slice(&mix.rows, self.rank, mix.modes) * q,
+            None => q.clone(),
+        }
+    }
+
+    /// C Z of forces in columns, `[m, c]`.
+    pub(super) fn modal_forces(&self, z: Mat<f64>) -> Mat<f64> {
+        match &self.mix {
+            Some(mix) => MatRef::from_column_major_slice(&mix.columns, mix.modes, self.rank) * z,
+            None => z,
+        }
     }
 
     /// C z, `[m]`: forces on the modes from those, `z`, on what the contact sees of them, `[r]`.

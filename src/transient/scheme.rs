@@ -6,7 +6,7 @@ use super::model::{Impact, Model};
 use crate::dense::{dot, sum_over};
 use crate::model::ModalMatrix;
 use crate::{Error, Result};
-use faer::Mat;
+use faer::{Mat, Scale};
 
 /// Largest h ω of a kept mode: 2π steps to its period. The frequency of the scheme is low by the share (hω)²/12, 8 %
 /// at this limit.
@@ -130,8 +130,37 @@ impl Dynamics for Modal {
         Ok(self.end(q, v, force))
     }
 
-    fn free_change(&self, q: &[f64], v: &[f64], f: &[f64]) -> Option<(Vec<f64>, Vec<f64>)> {
-        Some(self.end(q, v, f.iter().map(|f| (1.0 - self.gamma) * f).collect()))
+    fn free_changes(&self, [q, v, f]: [&Mat<f64>; 3]) -> Option<[Mat<f64>; 3]> {
+        let (h, theta, part) = (self.h, self.theta, 1.0 - self.gamma);
+        let ends = |change: Mat<f64>| [q + Scale(h) * (v + Scale(theta) * &change), v + change];
+        Some(match &self.motion {
+            Modes::ModeComplement { stiffness, damping, inverse } => {
+                let change = Mat::from_fn(q.nrows(), q.ncols(), |k, c| {
+                    let (q, v) = (q[(k, c)], v[(k, c)]);
+                    let force = part * f[(k, c)] - damping[k] * v - stiffness[k] * (q + theta * h * v);
+                    h * inverse[k] * force
+                });
+                let [q, v] = ends(change);
+                [q.clone(), v, q]
+            }
+            Modes::Coupled(coupled) => {
+                let [q, v] = ends(coupled.changes(Scale(part) * f, q, v));
+                let seen = coupled.lags(f).map_or_else(|| q.clone(), |lag| &q + lag);
+                [q, v, seen]
+            }
+        })
+    }
+
+    fn add_changes(&self, f: &Mat<f64>, [q, v]: [&mut Mat<f64>; 2]) {
+        let gain = self.h * self.gamma;
+        let change = match &self.motion {
+            Modes::ModeComplement { inverse, .. } => {
+                Mat::from_fn(f.nrows(), f.ncols(), |k, c| gain * inverse[k] * f[(k, c)])
+            }
+            Modes::Coupled(coupled) => Scale(gain) * coupled.solved_columns(f),
+        };
+        *q += Scale(self.h * self.theta) * &change;
+        *v += change;
     }
 
     /// Modal displacements that the skew part of A⁻¹, which [`operator`](Self::operator) leaves out, makes of modal

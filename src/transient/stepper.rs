@@ -148,7 +148,10 @@ impl<'a> Stepper<'a> {
     }
 
     /// Goes on from another state.
-    pub fn put(&mut self, state: State) -> Result<()> {
+    pub fn put(&mut self, mut state: State) -> Result<()> {
+        if self.settings.friction.memory().is_none() {
+            state.friction.clear();
+        }
         self.state = state;
         self.settled = false;
         self.reset()

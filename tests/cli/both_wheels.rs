@@ -28,8 +28,8 @@ fn on_straight_track(analyses: Value) -> Value {
     job
 }
 
-/// Derivatives of the eigenvalues are differences of runs: by the friction of both contacts and by their longitudinal
-/// creepages.
+/// Derivatives of the eigenvalues are differences of runs: by the friction of both contacts, by their longitudinal
+/// creepages, and by the speed of all that moves.
 #[test]
 fn derivatives_of_both_wheels_are_differences_of_runs() {
     let folder = Folder::with(on_straight_track(json!({ "steady": {}, "stability": {} })).to_string());
@@ -38,14 +38,16 @@ fn derivatives_of_both_wheels_are_differences_of_runs() {
         read(&folder, out, "stability/eigenvalue")
     };
     let values = run("here.h5", "analyses.stability.sensitivities=true");
-    // The speed of the job turns the wheels as well, which the derivative by the speed leaves as they are.
-    let parameters: [(&str, f64, f64, &str); 2] = [
-        ("friction", 1.0, 1e-4, "contact.friction"),
-        ("longitudinal", 0.01, 1e-6, "contact.placement.creepage.longitudinal"),
+    // The rolling speed at the first contact is in proportion to the speed of the job along the track.
+    let rolling = read::<f64>(&folder, "here.h5", "placement/speed")[0];
+    // Name, value, step and key of a parameter, and what the key says for a value of one.
+    let parameters: [(&str, f64, f64, &str, f64); 3] = [
+        ("friction", 1.0, 1e-4, "contact.friction", 0.4),
+        ("longitudinal", 0.01, 1e-6, "contact.placement.creepage.longitudinal", 1.0),
+        ("speed", rolling, 1e-3, "contact.speed", 10.0 / rolling),
     ];
-    for (name, here, step, key) in parameters {
-        let at = |value: f64| if name == "friction" { 0.4 * value } else { value };
-        let [ahead, behind] = [step, -step].map(|by| run("changed.h5", &format!("{key}={}", at(here + by))));
+    for (name, here, step, key, unit) in parameters {
+        let [ahead, behind] = [step, -step].map(|by| run("changed.h5", &format!("{key}={}", unit * (here + by))));
         let found: Vec<Complex64> = read(&folder, "here.h5", &format!("stability/sensitivity/{name}"));
         let largest = found.iter().filter(|f| !f.is_nan()).map(|f| f.norm()).fold(0.0, f64::max);
         assert!(found.len() == values.len() && largest > 0.0, "{name}: {found:?}");

@@ -9,6 +9,7 @@ use crate::cycles::branch::{solve, solve_under};
 use crate::cycles::corrector::Condition;
 use crate::cycles::{
     cycle_of_mode, multipliers, BranchPoint, BranchState, ContactJacobian, ContactMemory, Family, GrowingMotion,
+    Resolution,
 };
 use crate::job::StartsBy;
 use crate::output::datasets::branches::{EarlierCycle, Onset};
@@ -174,7 +175,10 @@ impl Walker<'_, '_> {
     /// Solves for the cycle of a candidate; that of a mode is marched where the amplitude leads to none.
     pub(super) fn solve(&self, number: usize, candidate: &Candidate) -> Result<BranchStart> {
         let (key, mode) = match &candidate.origin {
-            BranchOrigin::Threshold(onset) => return self.near(number, self.small_motion(onset.key, onset.mode)?.0),
+            BranchOrigin::Threshold(onset) => {
+                let (guess, _) = self.small_motion(onset.key, onset.mode, self.search.resolution())?;
+                return self.near(number, guess);
+            }
             BranchOrigin::Result(earlier) => return self.near(number, self.earlier(earlier)),
             BranchOrigin::Mode { key, mode, .. } => (*key, *mode),
         };
@@ -182,7 +186,13 @@ impl Walker<'_, '_> {
         if self.search.wanted.starts.by == StartsBy::March {
             return march();
         }
-        match self.grown(key, mode).and_then(|guess| self.near(number, guess)) {
+        // The way only has to lead near the cycle: coarse equations take it sooner.
+        let whole = self.search.resolution();
+        let mut found = self.grown(key, mode, whole.coarser()).and_then(|guess| self.near(number, guess));
+        if matches!(found, Err(Error::NotConverged(_))) {
+            found = self.grown(key, mode, whole).and_then(|guess| self.near(number, guess));
+        }
+        match found {
             Err(Error::NotConverged(why)) => march().map_err(|e| match e {
                 Error::NotConverged(other) => Error::NotConverged(format!("{why}; marched: {other}")),
                 e => e,
@@ -230,22 +240,29 @@ impl Walker<'_, '_> {
         Ok(BranchStart { number, scale: [unit, omega, equations.key[0]], state })
     }
 
-    /// The cycle that motions of growing amplitude along the mode of the rank `mode` end at.
-    fn grown(&self, key: f64, mode: usize) -> Result<Guess> {
-        let (Guess { z, scale: [unit, omega, _], memory, .. }, rate) = self.small_motion(key, mode)?;
+    /// The cycle that motions of growing amplitude along the mode of the rank `mode` end at, by equations of the
+    /// `resolution` given.
+    fn grown(&self, key: f64, mode: usize, resolution: Resolution) -> Result<Guess> {
+        let (Guess { z, scale: [unit, omega, _], memory, .. }, rate) = self.small_motion(key, mode, resolution)?;
         let motions = GrowingMotion(self.search.at(key)?);
         let mut equations = self.equations([unit, omega, rate], memory);
-        equations.family = &motions;
+        (equations.family, equations.resolution) = (&motions, resolution);
         equations.key = [rate, rate];
         let mut u: Vec<f64> = z.iter().map(|z| z / unit).collect();
         u.extend([1.0, 0.0]);
         let (cycle, contact) = cycle_of_mode(&mut equations, u)?;
         // In the units of the cycle.
         let (n, size, period) = (z.len(), equations.amplitude(&cycle.u), cycle.u[z.len()]);
-        let contact = contact.in_units(size, period, 0.0);
-        let scale = [unit * size, omega * period, key];
-        let z = cycle.u[..n].iter().map(|u| u * unit).collect();
-        Ok(Guess { z, scale, memory: cycle.cycle.begin, small: false, contact: Some(contact) })
+        let mut z: Vec<f64> = cycle.u[..n].iter().map(|u| u * unit).collect();
+        let whole = self.search.resolution();
+        let (omega, contact) = match resolution == whole {
+            true => (omega * period, Some(contact.in_units(size, period, 0.0))),
+            false => {
+                z.resize(self.structure.rank() * (2 * whole.harmonics + 1), 0.0);
+                (whole.omega(cycle.cycle.frequency), None)
+            }
+        };
+        Ok(Guess { z, scale: [unit * size, omega, key], memory: cycle.cycle.begin, small: false, contact })
     }
 
     /// The motion that the mode of the rank `mode` leads to at `key`, marched.
@@ -277,8 +294,9 @@ impl Walker<'_, '_> {
         Ok(Guess { z, scale: [unit, 2.0 * PI / motion.period, key], memory, small: false, contact: None })
     }
 
-    /// The small motion along the mode of the rank `mode` at `key`, and its growth rate, 1/s: 0 at a threshold of rest.
-    fn small_motion(&self, key: f64, mode: usize) -> Result<(Guess, f64)> {
+    /// The small motion along the mode of the rank `mode` at `key`, with the harmonics of `resolution`, and its growth
+    /// rate, 1/s: 0 at a threshold of rest.
+    fn small_motion(&self, key: f64, mode: usize, resolution: Resolution) -> Result<(Guess, f64)> {
         let (search, structure) = (self.search, self.structure);
         let found = search.with_problem(key, |problem| problem.analyse())?;
         let mode = found.spectrum.eigenpairs.iter().filter(|e| e.frequency() > 0.0).nth(mode);
@@ -304,7 +322,7 @@ impl Walker<'_, '_> {
         let mut z: Vec<f64> = structure.at_contact(&mean).iter().map(|z| z.re).collect();
         z.extend(first.iter().map(|z| SMALL * z.re));
         z.extend(first.iter().map(|z| -SMALL * z.im));
-        z.resize(structure.rank() * (2 * search.resolution().harmonics + 1), 0.0);
+        z.resize(structure.rank() * (2 * resolution.harmonics + 1), 0.0);
         let memory = memory_of(&rest);
         Ok((Guess { z, scale: [unit, omega, key], memory, small: true, contact: None }, mode.value.re))
     }
@@ -319,9 +337,7 @@ impl Walker<'_, '_> {
         }
         z.resize(r * (2 * harmonics + 1), 0.0);
         let unit = z[r..].iter().map(|z| z * z).sum::<f64>().sqrt();
-        // The period that gives this frequency in as many steps.
-        let part = PI / self.search.resolution().samples as f64;
-        let omega = 2.0 * PI * earlier.frequency * part / part.tan();
+        let omega = self.search.resolution().omega(earlier.frequency);
         let memory = ContactMemory {
             reaction: earlier.reaction.clone(),
             friction: earlier.friction.clone(),

@@ -41,6 +41,52 @@ pub struct StateChanges {
     motions: Mat<f64>,
     /// Ψᵀ δR of the last step, `[m, c]`.
     force: Mat<f64>,
+    /// Parts of W for the reactions of the step and for those before it.
+    near: [NearCompliance; 2],
+}
+
+/// Part of W, m/N: displacements of some rows of the interface by the forces on some nodes. It is kept as long as these
+/// stay, since W is far larger than it.
+#[derive(Debug, Clone, PartialEq, Default)]
+struct NearCompliance {
+    rows: Vec<usize>,
+    /// First row of each node.
+    nodes: Vec<usize>,
+    /// Columns of the nodes, `[rows][3 nodes]`.
+    columns: Vec<f64>,
+}
+
+impl NearCompliance {
+    /// Displacements of the `rows` of `w`, m, by a unit of each of `parts`, which are the first row of a node and its
+    /// reaction (x, y, n), N, `[rows, parts]`.
+    fn response<'p>(
+        &mut self,
+        w: &Mat<f64>,
+        rows: &[usize],
+        parts: impl Iterator<Item = (usize, &'p [f64; 3])> + Clone,
+    ) -> Mat<f64> {
+        let mut nodes: Vec<usize> = parts.clone().map(|(first, _)| first).collect();
+        let count = nodes.len();
+        nodes.dedup();
+        if self.rows != rows || self.nodes != nodes {
+            let column = |k: usize| rows.iter().map(move |&row| w.col_as_slice(k)[row]);
+            self.columns = nodes.iter().flat_map(|first| (*first..first + 3).flat_map(column)).collect();
+            (self.rows, self.nodes) = (rows.to_vec(), nodes);
+        }
+        let mut out = Mat::zeros(rows.len(), count);
+        let mut place = 0;
+        for (k, (first, part)) in parts.enumerate() {
+            if self.nodes[place] != first {
+                place += 1;
+            }
+            let columns = &self.columns[3 * place * rows.len()..][..3 * rows.len()];
+            let (x, rest) = columns.split_at(rows.len());
+            let (y, n) = rest.split_at(rows.len());
+            let out = out.col_as_slice_mut(k).iter_mut();
+            out.zip(x.iter().zip(y).zip(n)).for_each(|(o, ((x, y), n))| *o = part[0] * x + part[1] * y + part[2] * n);
+        }
+        out
+    }
 }
 
 impl StateChanges {
@@ -54,6 +100,7 @@ impl StateChanges {
             friction: Mat::zeros(state.friction.len(), columns),
             motions: Mat::zeros(state.motions.len(), columns),
             force: Mat::zeros(motion.nrows(), columns),
+            near: Default::default(),
             seen: motion,
         }
     }
@@ -61,7 +108,7 @@ impl StateChanges {
     /// Changes of the modal `displacement` and `velocity`, `[m, c]`, of `stepper` alone.
     pub fn of_modes(stepper: &Stepper<'_>, displacement: Mat<f64>, velocity: Mat<f64>) -> Self {
         let force = Mat::zeros(displacement.nrows(), displacement.ncols());
-        let seen = stepper.seen(&displacement);
+        let seen = stepper.shapes.contact_motion(&displacement);
         Self { force, modes: [displacement, velocity], ..Self::of_motion(stepper, seen) }
     }
 
@@ -101,38 +148,6 @@ impl Stepper<'_> {
         self.advance_changed(Some((changes, None)))
     }
 
-    /// Cᵀ of each column of `motion`, `[m, c]`: what the contact sees of it, `[r, c]`.
-    fn seen(&self, motion: &Mat<f64>) -> Mat<f64> {
-        let mut out = Mat::zeros(self.shapes.rank(), motion.ncols());
-        for column in 0..motion.ncols() {
-            let seen = self.shapes.contact_amplitudes(motion.col_as_slice(column));
-            out.col_as_slice_mut(column).copy_from_slice(&seen);
-        }
-        out
-    }
-
-    /// Changes of the modes at the end of the step without its reactions, and what the contact sees of them.
-    fn free_changes(&self, changes: &StateChanges) -> Result<([Mat<f64>; 2], Mat<f64>)> {
-        let mut modes = changes.modes.clone();
-        let mut motion = modes[0].clone();
-        for column in 0..motion.ncols() {
-            let [q, v] = changes.modes.each_ref().map(|m| m.col_as_slice(column));
-            let force = changes.force.col_as_slice(column);
-            let (q, v) = self
-                .motion
-                .free_change(q, v, force)
-                .ok_or_else(|| Error::Defect("a linearised step of bodies that are not modes".into()))?;
-            let to = motion.col_as_slice_mut(column);
-            to.copy_from_slice(&q);
-            if let Some(lag) = self.motion.lag(force) {
-                to.iter_mut().zip(lag).for_each(|(q, l)| *q += l);
-            }
-            modes[0].col_as_slice_mut(column).copy_from_slice(&q);
-            modes[1].col_as_slice_mut(column).copy_from_slice(&v);
-        }
-        Ok((modes, self.seen(&motion)))
-    }
-
     /// The changes at the end of the step that `end` ends, in the state before it; its motion is changed by `ends`, or
     /// as the modes go on.
     pub(super) fn change(
@@ -148,7 +163,13 @@ impl Stepper<'_> {
         }
         let (mut modes, seen) = match ends {
             Some(ends) => (changes.modes.clone(), ends.to_owned()),
-            None => self.free_changes(changes)?,
+            None => {
+                let [q, v] = &changes.modes;
+                let free = self.motion.free_changes([q, v, &changes.force]);
+                let [q, v, motion] =
+                    free.ok_or_else(|| Error::Defect("a linearised step of bodies that are not modes".into()))?;
+                ([q, v], self.shapes.contact_motion(&motion))
+            }
         };
         let ws = &self.working;
         let (core, columns, h) = (ws.core, seen.ncols(), self.settings.scheme.step);
@@ -186,16 +207,10 @@ impl Stepper<'_> {
         let parts: Vec<(usize, &[f64; 3])> =
             nodes.iter().enumerate().flat_map(|(k, n)| n.parts.iter().map(move |p| (k, p))).collect();
         // Displacements of the closed nodes by each unknown.
-        let mut response = Mat::<f64>::zeros(3 * nodes.len(), parts.len());
-        for (k, (node, part)) in parts.iter().enumerate() {
-            let out = response.col_as_slice_mut(k);
-            for c in (0..3).filter(|&c| part[c] != 0.0) {
-                let column = ws.w.col(3 * nodes[*node].at + c);
-                for (of, out) in nodes.iter().zip(out.chunks_exact_mut(3)) {
-                    (0..3).for_each(|d| out[d] += part[c] * column[3 * of.at + d]);
-                }
-            }
-        }
+        let at = |node: &ClosedNode| 3 * ws.nodes[node.at];
+        let own: Vec<usize> = nodes.iter().flat_map(|n| at(n)..at(n) + 3).collect();
+        let unknowns = parts.iter().map(|(node, part)| (at(&nodes[*node]), *part));
+        let response = changes.near[0].response(&self.w, &own, unknowns);
         let size = parts.len() + drive.borders.len();
         let mut system = Mat::<f64>::zeros(size, size);
         for (k, (node, part)) in parts.iter().enumerate() {
@@ -264,15 +279,12 @@ impl Stepper<'_> {
             let (row, part) = changes.parts[k];
             (0..3).map(|c| part[c] * self.shapes.row(row + c)[m]).sum::<f64>()
         });
-        let force = pressed * reaction;
-        for column in 0..columns {
-            let force = self.shapes.spread(force.col_as_slice(column).to_vec());
-            if ends.is_none() {
-                let [q, v] = &mut modes;
-                self.motion.add(&force, q.col_as_slice_mut(column), v.col_as_slice_mut(column));
-            }
-            changes.force.col_as_slice_mut(column).copy_from_slice(&force);
+        let force = self.shapes.modal_forces(pressed * reaction);
+        if ends.is_none() {
+            let [q, v] = &mut modes;
+            self.motion.add_changes(&force, [q, v]);
         }
+        changes.force = force;
         changes.reaction = reaction.to_owned();
         changes.seen = seen;
         changes.modes = modes;
@@ -285,21 +297,15 @@ impl Stepper<'_> {
     }
 
     /// Changes of the displacements before the step, m, at the `rows` of the interface, `[rows, c]`: Ψ δq + W δR.
-    fn changed_displacement(&self, changes: &StateChanges, rows: &[usize]) -> Mat<f64> {
-        let mut response = Mat::<f64>::zeros(rows.len(), changes.parts.len());
-        for (k, (row, part)) in changes.parts.iter().enumerate() {
-            let out = response.col_as_slice_mut(k);
-            for c in (0..3).filter(|&c| part[c] != 0.0) {
-                let column = self.w.col_as_slice(row + c);
-                out.iter_mut().zip(rows).for_each(|(o, &row)| *o += part[c] * column[row]);
-            }
-        }
+    fn changed_displacement(&self, changes: &mut StateChanges, rows: &[usize]) -> Mat<f64> {
+        let parts = changes.parts.iter().map(|(row, part)| (*row, part));
+        let response = changes.near[1].response(&self.w, rows, parts);
         self.shapes_of(rows) * &changes.seen + response * &changes.reaction
     }
 
     /// Changes of the displacements of the closed `nodes` without their reactions at the end of the step, m, `[3
     /// nodes, c]`, where the contact sees the motion `seen` without reactions.
-    fn changed_free(&self, changes: &StateChanges, seen: &Mat<f64>, nodes: &[ClosedNode]) -> Mat<f64> {
+    fn changed_free(&self, changes: &mut StateChanges, seen: &Mat<f64>, nodes: &[ClosedNode]) -> Mat<f64> {
         let own: Vec<usize> = nodes.iter().flat_map(|n| (0..3).map(|c| 3 * self.working.nodes[n.at] + c)).collect();
         let mut free = self.shapes_of(&own) * seen;
         let feet = self.feet_of(nodes);
