@@ -121,7 +121,7 @@ fn both_wheels_roll_in_time_and_go_on_after_a_kill() {
 /// All places of either wheel in a curve: one of the inner wheel, two of the outer one, each with its load of the
 /// equilibrium. The two contacts of the outer wheel share what one of them would not carry.
 #[test]
-#[ignore = "long: scripts/validate cli"]
+#[ignore = "long: scripts/validate long"]
 fn all_places_of_both_wheels_are_solved_at_once() {
     let mut job = job("wheelset-both-wheels.json");
     job["contact"]["places"] = json!("all");

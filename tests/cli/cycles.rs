@@ -103,7 +103,7 @@ fn limit_cycles_are_the_same_on_two_ranks_and_after_a_stop() {
 
 /// A sweep with sound that was stopped has left its mode shapes: it goes on with them, and sounds the same.
 #[test]
-#[ignore = "long: scripts/validate cli"]
+#[ignore = "long: scripts/validate long"]
 fn a_stopped_map_sounds_the_same() {
     let mut cycles = quick();
     cycles["sound_power"] = json!({ "min_frequency": 200, "bodies": ["upper"] });
@@ -254,7 +254,7 @@ fn what_cannot_be_followed_is_refused() {
 /// At 1 % creepage the wave of the pair of modes that is not on the cycle dies out beside it, over some seconds: the
 /// motion is periodic, with energy and lateral force of a run that nothing shortens.
 #[test]
-#[ignore = "long: scripts/validate cli"]
+#[ignore = "long: scripts/validate long"]
 fn a_beat_that_dies_out_is_no_irregular_motion() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/limit-cycles.json");
     let mut job: Value = serde_json::from_slice(&std::fs::read(path).expect("the job")).expect("JSON");

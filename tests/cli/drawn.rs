@@ -205,7 +205,7 @@ fn worn() -> Value {
 /// 60E1 whose head is 8 mm lower: lighter by those 8 mm of a head 72 mm wide. Its forces are those of the same
 /// profiles.
 #[test]
-#[ignore = "long: scripts/validate cli"]
+#[ignore = "long: scripts/validate long"]
 fn a_worn_rail_carries_the_wheel() {
     let folder = Folder::with(worn().to_string());
     let said = folder.call(2, "run", &["--output", &folder.text("worn.h5")]);

@@ -224,7 +224,7 @@ fn a_factorisation_that_does_not_fit() {
 /// Whatever address space there is: the run comes to its end, or is refused. Without a look beforehand OpenBLAS asks
 /// for its buffers for ever where MUMPS has taken what there was.
 #[test]
-#[ignore = "long: scripts/validate cli"]
+#[ignore = "long: scripts/validate long"]
 fn under_any_limit_of_the_address_space_a_run_ends() {
     let folder = Folder::with(job("annulus.json").to_string());
     let output = folder.text("run.h5");
@@ -280,7 +280,7 @@ fn a_rank_that_is_lost_ends_the_others() {
 /// The same at a shift of the full system, where the first factorisations fitted: real, and complex where the damping
 /// of the bodies differs.
 #[test]
-#[ignore = "long: scripts/validate cli"]
+#[ignore = "long: scripts/validate long"]
 fn factorisations_at_a_shift_that_do_not_fit() {
     let mut job = job("curve.json");
     // A small lower body and a large upper one, whose factor at the shift is the largest thing of all.

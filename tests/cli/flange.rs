@@ -49,7 +49,7 @@ fn flange_root_and_flange_are_solved_at_once() {
 /// In time both contacts bear the loads of the equilibrium at each step, alike on one rank and on two, and a run that
 /// is killed goes on to the same bits.
 #[test]
-#[ignore = "long: scripts/validate cli"]
+#[ignore = "long: scripts/validate long"]
 fn two_contacts_roll_in_time_and_go_on_after_a_kill() {
     let mut job = in_curve("flange.json");
     job["analyses"] = json!({

@@ -257,7 +257,7 @@ fn killed_at_any_moment_a_run_loses_only_what_came_after_the_last_segment() {
 /// other signs: the model that is kept makes the continued run the same. Its start is that of the unbroken run
 /// itself, copied from it as it goes.
 #[test]
-#[ignore = "long: scripts/validate cli"]
+#[ignore = "long: scripts/validate long"]
 fn on_two_ranks_without_reuse_signals_and_kills_leave_what_continues_to_the_same_bits() {
     let transient = json!({
         "duration": 0.25,

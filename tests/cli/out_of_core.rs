@@ -15,7 +15,7 @@ fn wanted() -> Value {
 }
 
 #[test]
-#[ignore = "long: scripts/validate cli"]
+#[ignore = "long: scripts/validate long"]
 fn results_are_those_in_memory_and_nothing_is_left() {
     let folder = Folder::with(wanted().to_string());
     std::fs::create_dir(folder.path("disk")).unwrap();

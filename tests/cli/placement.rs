@@ -236,7 +236,7 @@ fn a_place_among_others_is_that_by_itself() {
 /// With a placement under the load, the forces are those of half-spaces, whatever the rail gives way by, and a
 /// transient begins at rest.
 #[test]
-#[ignore = "long: scripts/validate cli"]
+#[ignore = "long: scripts/validate long"]
 fn a_rail_that_gives_way_has_the_forces_of_half_spaces() {
     let mut job = job("wheel-at-given-yaw.json");
     job["analyses"] =

@@ -147,7 +147,7 @@ fn both_wheels_of_a_curve_are_solved_at_once() {
 /// Without yaw and shift both wheels are mirror images: they have the same forces, and each mode moves either the
 /// symmetric or the antisymmetric modes of the wheelset.
 #[test]
-#[ignore = "long: scripts/validate cli"]
+#[ignore = "long: scripts/validate long"]
 fn mirror_images_move_symmetrically_or_antisymmetrically() {
     let mut job = both_wheels();
     job["curve"] = Value::Null;

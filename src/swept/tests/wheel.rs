@@ -36,6 +36,7 @@ fn drawing() -> Drawn {
 /// All modes to 6 kHz of W920S are those of a mesh with edges of 10 mm, which are short far around
 /// the corners of the web.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn frequencies_of_w920s_have_converged() {
     let sections =
         [SectionSource::Wheel(Wheel::w920s(0.0)).for_modes().unwrap(), w920s(0.0, even(0.0005, 0.01)).unwrap()];
