@@ -28,35 +28,52 @@ fn on_straight_track(analyses: Value) -> Value {
     job
 }
 
-/// Derivatives of the eigenvalues are differences of runs: by the friction of both contacts, by their longitudinal
-/// creepages, and by the speed of all that moves.
+/// Derivatives of the eigenvalues are differences between points of a sweep: by the friction of both contacts, by their
+/// longitudinal creepages, and by the speed of all that moves.
 #[test]
-fn derivatives_of_both_wheels_are_differences_of_runs() {
-    let folder = Folder::with(on_straight_track(json!({ "steady": {}, "stability": {} })).to_string());
-    let run = |out: &str, set: &str| -> Vec<Complex64> {
-        folder.call(1, "run", &["--set", set, "--output", &folder.text(out), "--force"]).good();
-        read(&folder, out, "stability/eigenvalue")
-    };
-    let values = run("here.h5", "analyses.stability.sensitivities=true");
-    // The rolling speed at the first contact is in proportion to the speed of the job along the track.
-    let rolling = read::<f64>(&folder, "here.h5", "placement/speed")[0];
-    // Name, value, step and key of a parameter, and what the key says for a value of one.
-    let parameters: [(&str, f64, f64, &str, f64); 3] = [
-        ("friction", 1.0, 1e-4, "contact.friction", 0.4),
-        ("longitudinal", 0.01, 1e-6, "contact.placement.creepage.longitudinal", 1.0),
-        ("speed", rolling, 1e-3, "contact.speed", 10.0 / rolling),
+fn derivatives_of_both_wheels_are_differences_between_points() {
+    // Name, key, value and step of a parameter.
+    let parameters = [
+        ("friction", "contact.friction", 0.4, 4e-5),
+        ("longitudinal", "contact.placement.creepage.longitudinal", 0.01, 1e-6),
+        ("speed", "contact.speed", 10.0, 1e-3),
     ];
-    for (name, here, step, key, unit) in parameters {
-        let [ahead, behind] = [step, -step].map(|by| run("changed.h5", &format!("{key}={}", unit * (here + by))));
-        let found: Vec<Complex64> = read(&folder, "here.h5", &format!("stability/sensitivity/{name}"));
+    let mut keys = json!({});
+    for (own, (_, key, value, step)) in parameters.iter().enumerate() {
+        let at = |point: usize| match point / 2 == own {
+            true => value + [*step, -*step][point % 2],
+            false => *value,
+        };
+        keys[*key] = (0..2 * parameters.len()).map(at).collect();
+    }
+    let folder = Folder::with(
+        on_straight_track(json!({
+            "steady": {}, "stability": { "sensitivities": true }, "sweep": { "keys": keys, "combine": "zip" }
+        }))
+        .to_string(),
+    );
+    folder.call(1, "run", &[]).good();
+    let complex = |name: &str| read::<Complex64>(&folder, "job.h5", name);
+    let (values, all) = (complex("stability/eigenvalue"), complex("sweep/eigenvalue"));
+    let offset: Vec<i64> = read(&folder, "job.h5", "sweep/offset");
+    // The rolling speed at the first contact is in proportion to the speed of the job along the track.
+    let rolling = read::<f64>(&folder, "job.h5", "placement/speed")[0];
+    for (own, (name, _, value, step)) in parameters.into_iter().enumerate() {
+        let unit = match name {
+            "friction" => 1.0 / value,
+            "speed" => rolling / value,
+            _ => 1.0,
+        };
+        let found = complex(&format!("stability/sensitivity/{name}"));
         let largest = found.iter().filter(|f| !f.is_nan()).map(|f| f.norm()).fold(0.0, f64::max);
         assert!(found.len() == values.len() && largest > 0.0, "{name}: {found:?}");
         let mut compared = 0;
         for (f, l) in found.iter().zip(&values).filter(|(f, _)| !f.is_nan()) {
-            let near = |all: &[Complex64]| {
-                *all.iter().min_by(|a, b| (*a - l).norm().total_cmp(&(*b - l).norm())).expect("eigenvalues")
+            let near = |point: usize| {
+                let of = &all[offset[point] as usize..offset[point + 1] as usize];
+                *of.iter().min_by(|a, b| (*a - l).norm().total_cmp(&(*b - l).norm())).expect("eigenvalues")
             };
-            let want = (near(&ahead) - near(&behind)) / (2.0 * step);
+            let want = (near(2 * own) - near(2 * own + 1)) / (2.0 * step * unit);
             assert!((f - want).norm() < 1e-3 * want.norm() + 1e-4 * largest, "{l}, by {name}: {f} against {want}");
             compared += 1;
         }
@@ -80,10 +97,9 @@ fn normal_forces(folder: &Folder, file: &str) -> [Vec<f64>; 2] {
         .map(|name| read::<f64>(folder, file, name).chunks(3).map(|f| -f[2]).collect())
 }
 
-/// With `hold` = "load" each wheel bears its load at each step; a run that is killed goes on to the same bits. With
-/// "approach" the loads follow the motion.
+/// With `hold` = "load" each wheel bears its load at each step.
 #[test]
-fn both_wheels_roll_in_time_and_go_on_after_a_kill() {
+fn both_wheels_roll_in_time() {
     let folder = Folder::with(in_time("load").to_string());
     folder.call(1, "run", &[]).good();
     for normal in normal_forces(&folder, "job.h5") {
@@ -97,6 +113,14 @@ fn both_wheels_roll_in_time_and_go_on_after_a_kill() {
         assert!(moved > 1e-6 * 20e3, "nothing moves: {moved} N");
     }
     assert!(along[0] != along[1], "the same contact twice");
+}
+
+/// A run that is killed goes on to the same bits.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn both_wheels_go_on_after_a_kill() {
+    let folder = Folder::with(in_time("load").to_string());
+    folder.call(1, "run", &[]).good();
     let killed = folder.text("killed.h5");
     let mut child = start(Command::new(PROGRAM), &["run", &folder.text("job.json"), "--output", &killed]);
     wait_for(&folder.path("killed.transient"), 3, &mut child);
@@ -109,7 +133,12 @@ fn both_wheels_roll_in_time_and_go_on_after_a_kill() {
     let bits =
         |file: &str| read::<f64>(&folder, file, "transient_2/force").iter().map(|f| f.to_bits()).collect::<Vec<_>>();
     assert!(bits("job.h5") == bits("killed.h5"));
+}
 
+/// With `hold` = "approach" the loads follow the motion.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn loads_of_held_wheels_follow_the_motion() {
     let held = Folder::with(in_time("approach").to_string());
     held.call(1, "run", &[]).good();
     for normal in normal_forces(&held, "job.h5") {
