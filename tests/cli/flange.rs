@@ -18,11 +18,10 @@ fn in_curve(name: &str) -> Value {
 }
 
 /// The outer wheel of `jobs/flange.json` has two contacts with the loads of the equilibrium in the curve, whose creep
-/// forces all but slide; a left curve is the mirror image of a right one.
+/// forces all but slide.
 #[test]
 fn flange_root_and_flange_are_solved_at_once() {
-    let mut job = in_curve("flange.json");
-    let folder = Folder::with(job.to_string());
+    let folder = Folder::with(in_curve("flange.json").to_string());
     let ran = folder.call(2, "run", &[]);
     let text = ran.good().out.clone();
     assert!(text.contains("contact 2 at y = -38.65 mm") && !text.contains("left out"), "{text}");
@@ -34,6 +33,15 @@ fn flange_root_and_flange_are_solved_at_once() {
     assert!(sliding.iter().all(|s| (0.97..=1.0).contains(s)), "{sliding:?}");
     let tilt = ["placement/tilt", "placement_2/tilt"].map(|name| numbers(&folder, name)[0]);
     assert!(tilt[0] > 0.3 && tilt[1] > 1.1, "{tilt:?}");
+}
+
+/// With two contacts a left curve is the mirror image of a right one.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn two_contacts_in_a_left_curve_are_those_of_a_right_one() {
+    let mut job = in_curve("flange.json");
+    let folder = Folder::with(job.to_string());
+    folder.call(2, "run", &[]).good();
     let right = ["stability/frequency", "stability/growth_rate"].map(|name| numbers(&folder, name));
     job["curve"]["direction"] = json!("left");
     let mirrored = Folder::with(job.to_string());
@@ -107,6 +115,7 @@ fn two_contacts_roll_in_time_and_go_on_after_a_kill() {
 
 /// The inner wheel touches at one place: all places are that one.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn all_places_of_a_wheel_with_one_contact_are_that_one() {
     let mut job = in_curve("wheel-on-rail.json");
     let one = Folder::with(job.to_string());
