@@ -8,8 +8,6 @@ use crate::cycles::floquet::{through_kernel, through_modes};
 use crate::cycles::kernel::window;
 use crate::transient::Energy;
 
-type C = num_complex::Complex<f64>;
-
 /// Constant of the friction law, m/s.
 const FALL: f64 = 0.3;
 /// Velocity of the belt on which rest loses its stability, m/s.
@@ -360,37 +358,6 @@ fn branch_does_not_depend_on_length_and_direction_of_its_steps() {
     for other in [back, short, short_back] {
         assert!((0..2).all(|k| (other[k] - one[k]).abs() < 2e-6), "{places:?}");
     }
-}
-
-/// A mode that moves the mass off the belt as well, by 2 µm a mm: the node first opens where the motion takes back the
-/// whole approach.
-#[test]
-fn node_first_opens_where_the_motion_takes_back_the_approach() {
-    let (belt, mut modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
-    let lean = 2e-3;
-    modes.shapes[(2, 0)] = lean;
-    let structure = Structure::new(modes.model(&belt)).unwrap();
-    let resolution = Resolution { harmonics: 8, samples: 240 };
-    let mut equations = equations(&belt, &structure, resolution, onset());
-    let (key, u, cycle, contact) = smooth(&mut equations, 0.1);
-    let start = BranchPoint { key, u, cycle, multipliers: None, special: None };
-    let extent = BranchExtent { range: [0.3, 0.9], most: 60, longest: 0.1, located: Some(1e-6), stability: false };
-    let mut branch = BranchState::new(start, contact, true, &extent);
-    let opens = |p: &BranchPoint| p.special.is_some_and(|s| s.kind == SpecialKind::Opening);
-    follow(&mut equations, &mut branch, &extent, &mut |state| Ok(!state.points.iter().any(opens))).unwrap();
-    let text: Vec<_> = branch.points.iter().map(|p| (p.key, p.cycle.normal(), p.special)).collect();
-    let at = branch.points.iter().position(opens).unwrap_or_else(|| panic!("{:?}: {text:?}", branch.end));
-    let [before, opening, after] = [at - 1, at, at + 1].map(|k| &branch.points[k].cycle);
-    let open = |cycle: &PeriodicSolution| cycle.nodes.iter().filter(|n| n[0] == 0).count();
-    assert!(open(before) == 0 && before.normal()[0] > 0.01 * LOAD && open(after) > 0, "{text:?}");
-    assert!(opening.normal()[0] < 1e-3 * LOAD, "{text:?}");
-    // The largest displacement off the belt, between the samples too.
-    let moved = |t: f64| -> f64 {
-        let part = |(k, q): (usize, &Vec<C>)| (q[0] * C::from_polar(1.0, 2.0 * PI * k as f64 * t)).re;
-        lean * opening.modal.iter().enumerate().map(part).sum::<f64>()
-    };
-    let largest = (0..2000).map(|n| moved(n as f64 / 2000.0)).fold(0.0, |a: f64, u| a.max(u.abs()));
-    assert!((largest / (LOAD * SOFT) - 1.0).abs() < 2e-3, "{largest} {text:?}");
 }
 
 /// Motions of growing amplitude lead from rest to the cycle that is marched to. Friction feeds small ones less than
