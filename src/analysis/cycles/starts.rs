@@ -189,7 +189,7 @@ impl Walker<'_, '_> {
         // The way only has to lead near the cycle: coarse equations take it sooner.
         let whole = self.search.resolution();
         let mut found = self.grown(key, mode, whole.coarser()).and_then(|guess| self.near(number, guess));
-        if matches!(found, Err(Error::NotConverged(_))) {
+        if whole.coarser() != whole && matches!(found, Err(Error::NotConverged(_))) {
             found = self.grown(key, mode, whole).and_then(|guess| self.near(number, guess));
         }
         match found {
