@@ -121,7 +121,7 @@ impl LimitCyclePoint<'_> {
                 stable: !unstable,
                 nodes,
                 harmonics,
-                watch: watch(self.model, &rest),
+                watch: watch(self.model, &rest, 0),
                 heard: self.heard,
             };
             let followed = follow(&mut stepper, &rest, &search)?;
@@ -141,17 +141,19 @@ impl LimitCyclePoint<'_> {
     }
 }
 
-/// Velocities of the lower and the upper body along x, y and n at the closed node nearest to the middle of the
-/// contact, over the modal ones, `[6, m]`.
-pub(crate) fn watch((interface, pair): (&Interface, &CoupledModel), rest: &State) -> Mat<f64> {
+/// Velocities of the lower and the upper body along x, y and n at the closed node nearest to the middle of the contact
+/// `patch`, over the modal ones, `[6, m]`.
+pub(crate) fn watch((interface, pair): (&Interface, &CoupledModel), rest: &State, patch: usize) -> Mat<f64> {
+    let nodes = interface.patches[patch].nodes();
     let weight = |i: usize| rest.reaction[3 * i + 2];
-    let total: f64 = (0..interface.len()).map(weight).sum();
-    let middle = [0, 1].map(|c| (0..interface.len()).map(|i| weight(i) * interface.point(i)[c]).sum::<f64>() / total);
+    let total: f64 = nodes.clone().map(weight).sum();
+    let middle = [0, 1].map(|c| nodes.clone().map(|i| weight(i) * interface.point(i)[c]).sum::<f64>() / total);
     let far = |i: &usize| {
         let [x, y] = interface.point(*i);
         (x - middle[0]).hypot(y - middle[1])
     };
-    let node = (0..interface.len()).filter(|&i| weight(i) > 0.0).min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(0);
+    let closed = nodes.clone().filter(|&i| weight(i) > 0.0);
+    let node = closed.min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(nodes.start);
     Mat::from_fn(6, pair.omega.len(), |row, k| {
         let lower = k < pair.lower_modes;
         if (row < 3) == lower {

@@ -3,10 +3,10 @@
 use super::poles::Poles;
 use super::prescribed::{Prescribed, PrescribedMotion};
 use super::receptance::{discrete, harmonic};
-use crate::grid::Interface;
+use crate::grid::{ContactPatch, Interface};
 use crate::transient::low_rank_modes::factors;
 use crate::transient::stepper::{Settings, State, StateChanges, Stepper};
-use crate::transient::{Energy, Model, Scheme};
+use crate::transient::{Energy, Model, PatchDrive, Scheme};
 use crate::{Error, Result};
 use faer::linalg::solvers::SolveLstsq;
 use faer::{Mat, MatRef};
@@ -145,53 +145,26 @@ pub(super) struct Marched {
     /// Harmonics of the forces on what acts at the contact, `[N/2][r]`.
     pushes: Vec<Vec<C>>,
     /// See [`PeriodicSolution`].
-    force: Vec<[f64; 3]>,
-    nodes: Vec<[usize; 2]>,
+    contacts: Vec<ContactPeriod>,
     contact: ContactMemory,
 }
 
-/// A cycle.
-#[derive(Debug, Clone, PartialEq)]
-pub struct PeriodicSolution {
-    /// Angular frequency, rad/s, in steps of 2π/(Nω).
-    pub omega: f64,
-    /// Frequency that the modes have, Hz: s_1/(2π).
-    pub frequency: f64,
-    /// Mean kinetic energy of the modes, J.
-    pub kinetic: f64,
+/// A period of one contact.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct ContactPeriod {
     /// Force on body 1 (x, y, z) at the end of each step, N, `[N][3]`.
     pub force: Vec<[f64; 3]>,
     /// Closed and sticking nodes at the end of each step, `[N][2]`.
     pub nodes: Vec<[usize; 2]>,
-    /// Modal amplitudes at the multiples 0, 1, … of the frequency, `[..][m]`.
-    pub modal: Vec<Vec<C>>,
-    /// Displacements and velocities of the modes at phase zero, `[m]`.
-    pub state: [Vec<f64>; 2],
-    /// The contact at phase zero.
-    pub contact: ContactMemory,
-    /// The contact at the phase where marches begin.
-    pub begin: ContactMemory,
 }
 
-impl PeriodicSolution {
+impl ContactPeriod {
     /// Root mean square of the force about its mean (x, y, z), and the mean, N.
     pub fn sway(&self) -> [[f64; 3]; 2] {
         let count = self.force.len().max(1) as f64;
         let mean = [0, 1, 2].map(|c| self.force.iter().map(|f| f[c]).sum::<f64>() / count);
         let rms = |c: usize| (self.force.iter().map(|f| (f[c] - mean[c]).powi(2)).sum::<f64>() / count).sqrt();
         [[0, 1, 2].map(rms), mean]
-    }
-
-    /// Complex amplitudes at the multiples 1, 2, … of the frequency, of the modal velocities and then of the force on
-    /// body 1, `[..][m + 3]`.
-    pub fn lines(&self) -> Vec<Vec<C>> {
-        let force: Vec<Vec<f64>> = self.force.iter().map(|f| f.to_vec()).collect();
-        let base = 2.0 * PI * self.frequency;
-        let line = |(k, q): (usize, &Vec<C>)| {
-            let rate = C::new(0.0, k as f64 * base);
-            q.iter().map(|q| rate * q).chain(harmonic(&force, k)).collect()
-        };
-        self.modal.iter().enumerate().skip(1).map(line).collect()
     }
 
     /// Least and largest normal force, N.
@@ -204,6 +177,46 @@ impl PeriodicSolution {
     pub fn stick(&self) -> [f64; 2] {
         let share = || self.nodes.iter().map(|n| n[1] as f64 / n[0].max(1) as f64);
         [share().sum::<f64>() / self.nodes.len().max(1) as f64, share().fold(0.0, f64::max)]
+    }
+
+    /// Fewest closed nodes.
+    pub fn closed(&self) -> usize {
+        self.nodes.iter().map(|n| n[0]).min().unwrap_or(0)
+    }
+}
+
+/// A cycle.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PeriodicSolution {
+    /// Angular frequency, rad/s, in steps of 2π/(Nω).
+    pub omega: f64,
+    /// Frequency that the modes have, Hz: s_1/(2π).
+    pub frequency: f64,
+    /// Mean kinetic energy of the modes, J.
+    pub kinetic: f64,
+    /// The contacts over the period.
+    pub contacts: Vec<ContactPeriod>,
+    /// Modal amplitudes at the multiples 0, 1, … of the frequency, `[..][m]`.
+    pub modal: Vec<Vec<C>>,
+    /// Displacements and velocities of the modes at phase zero, `[m]`.
+    pub state: [Vec<f64>; 2],
+    /// The contact at phase zero.
+    pub contact: ContactMemory,
+    /// The contact at the phase where marches begin.
+    pub begin: ContactMemory,
+}
+
+impl PeriodicSolution {
+    /// Complex amplitudes at the multiples 1, 2, … of the frequency, of the modal velocities and then of the force on
+    /// body 1 at the first contact, `[..][m + 3]`.
+    pub fn lines(&self) -> Vec<Vec<C>> {
+        let force: Vec<Vec<f64>> = self.contacts[0].force.iter().map(|f| f.to_vec()).collect();
+        let base = 2.0 * PI * self.frequency;
+        let line = |(k, q): (usize, &Vec<C>)| {
+            let rate = C::new(0.0, k as f64 * base);
+            q.iter().map(|q| rate * q).chain(harmonic(&force, k)).collect()
+        };
+        self.modal.iter().enumerate().skip(1).map(line).collect()
     }
 
     /// Root mean square of a velocity about its mean: `row` over the modal ones, `[m]`, m/s.
@@ -279,20 +292,21 @@ impl<'a, 's> Balance<'a, 's> {
         C::new(if k == 0 { 0.0 } else { self.growth }, discrete(k, omega, h))
     }
 
-    /// Steps before the period whose forces are taken: as long as the material takes through the contact, and at a
-    /// point a period.
+    /// Steps before the period whose forces are taken: as long as the material takes through the contacts, and at
+    /// points a period.
     pub(super) fn forgetting(&self, memory: &ContactMemory, h: f64) -> usize {
         let s = &self.conditions.interface;
         if s.are_points() {
             return self.resolution.samples;
         }
-        let closed = (0..s.len()).filter(|&i| memory.reaction[3 * i + 2] > 0.0).map(|i| s.point(i)[0]);
-        let (low, high) = closed.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
-        let spacings = s.patches.iter().flat_map(|p| p.x.windows(2).map(|w| w[1] - w[0]));
-        let spacing = spacings.fold(0.0, f64::max);
-        let length = (high - low).max(0.0) + 6.0 * spacing;
-        let speeds = self.conditions.settings.drive.patches.iter().map(|p| p.speed);
-        (length / (speeds.fold(f64::INFINITY, f64::min) * h)).ceil().max(8.0) as usize
+        let steps = |(patch, drive): (&ContactPatch, &PatchDrive)| {
+            let closed = patch.nodes().filter(|&i| memory.reaction[3 * i + 2] > 0.0).map(|i| s.point(i)[0]);
+            let (low, high) = closed.fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
+            let spacing = patch.x.windows(2).map(|w| w[1] - w[0]).fold(0.0, f64::max);
+            (((high - low).max(0.0) + 6.0 * spacing) / (drive.speed * h)).ceil()
+        };
+        let patches = s.patches.iter().zip(&self.conditions.settings.drive.patches);
+        patches.map(steps).fold(8.0, f64::max) as usize
     }
 
     /// Marches the contact under the motion with the coefficients `z` (`[size]`: the mean, then the cosine and the
@@ -305,8 +319,9 @@ impl<'a, 's> Balance<'a, 's> {
         let (before, _) = self.begin(z, h, memory)?;
         let mut after = None;
         let mut contact = None;
-        let (mut forces, mut force, mut nodes) = (vec![Vec::new(); samples], vec![[0.0; 3]; samples], Vec::new());
-        nodes.resize(samples, [0; 2]);
+        let mut forces = vec![Vec::new(); samples];
+        let period = ContactPeriod { force: vec![[0.0; 3]; samples], nodes: vec![[0; 2]; samples] };
+        let mut contacts = vec![period; self.conditions.interface.patches.len()];
         for step in 1..=before + samples {
             self.stepper.advance()?;
             if step == samples {
@@ -318,10 +333,11 @@ impl<'a, 's> Balance<'a, 's> {
             if step > before {
                 // The last step ends where the period began: at phase zero.
                 let n = (step - before) % samples;
-                let report = self.stepper.report();
                 forces[n] = self.stepper.modal_force().unwrap_or_default().to_vec();
-                force[n] = report.force();
-                nodes[n] = [report.closed(), report.stick()];
+                for (contact, patch) in contacts.iter_mut().zip(&self.stepper.report().patches) {
+                    contact.force[n] = patch.force;
+                    contact.nodes[n] = [patch.closed, patch.stick];
+                }
             }
         }
         let (Some(after), Some(contact)) = (after, contact) else {
@@ -343,7 +359,7 @@ impl<'a, 's> Balance<'a, 's> {
                 lack.extend(seen.iter().enumerate().map(|(i, s)| -s.im / self.unit - own(2 * k, i)));
             }
         }
-        Ok(Marched { lack, coefficients, memory: after, omega, pushes, force, nodes, contact })
+        Ok(Marched { lack, coefficients, memory: after, omega, pushes, contacts, contact })
     }
 
     /// Begins a march in steps of `h`, s: the number of steps before the period whose forces are taken, and the sample
@@ -421,8 +437,8 @@ impl<'a, 's> Balance<'a, 's> {
 impl Structure<'_> {
     /// The cycle that a march belongs to, with the motion of all modes.
     pub(super) fn solution(&self, marched: Marched, harmonics: usize) -> Result<PeriodicSolution> {
-        let Marched { memory, omega, pushes, force, nodes, contact, .. } = marched;
-        let (samples, m) = (force.len(), self.model.omega.len());
+        let Marched { memory, omega, pushes, contacts, contact, .. } = marched;
+        let (samples, m) = (contacts[0].force.len(), self.model.omega.len());
         let h = 2.0 * PI / (samples as f64 * omega);
         let reach = (self.highest() / omega).ceil() as usize;
         let told = harmonics.max(TOLD).max(reach).min(samples / 2 - 1);
@@ -447,7 +463,7 @@ impl Structure<'_> {
             }
         }
         let frequency = discrete(1, omega, h) / (2.0 * PI);
-        Ok(PeriodicSolution { omega, frequency, kinetic, force, nodes, modal, state: [q, v], contact, begin: memory })
+        Ok(PeriodicSolution { omega, frequency, kinetic, contacts, modal, state: [q, v], contact, begin: memory })
     }
 
     pub(super) fn is_diagonal(&self) -> bool {

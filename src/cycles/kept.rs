@@ -1,6 +1,6 @@
 //! Cycles and branches as numbers: so they travel between ranks and are kept without loss.
 
-use super::balance::{ContactMemory, PeriodicSolution};
+use super::balance::{ContactMemory, ContactPeriod, PeriodicSolution};
 use super::branch::{BranchEnd, BranchPoint, BranchState, Special, SpecialKind};
 use super::contact_jacobian::ContactJacobian;
 use super::floquet::Multipliers;
@@ -77,15 +77,21 @@ impl Numbers<'_> {
         Some(ContactMemory { reaction: self.list()?, friction: self.list()?, motions: self.list()? })
     }
 
-    fn cycle(&mut self) -> Option<PeriodicSolution> {
-        let [omega, frequency, kinetic] = [self.one()?, self.one()?, self.one()?];
+    fn contact(&mut self) -> Option<ContactPeriod> {
         let force = self.rows()?;
         let nodes = self.rows::<2>()?.into_iter().map(|n| n.map(|n| n as usize)).collect();
+        Some(ContactPeriod { force, nodes })
+    }
+
+    fn cycle(&mut self) -> Option<PeriodicSolution> {
+        let [omega, frequency, kinetic] = [self.one()?, self.one()?, self.one()?];
+        let contacts = self.count()?;
+        let contacts = (0..contacts).map(|_| self.contact()).collect::<Option<_>>()?;
         let count = self.count()?;
         let modal = (0..count).map(|_| self.complex()).collect::<Option<_>>()?;
         let state = [self.list()?, self.list()?];
         let (contact, begin) = (self.memory()?, self.memory()?);
-        Some(PeriodicSolution { omega, frequency, kinetic, force, nodes, modal, state, contact, begin })
+        Some(PeriodicSolution { omega, frequency, kinetic, contacts, modal, state, contact, begin })
     }
 
     fn point(&mut self) -> Option<BranchPoint> {
@@ -107,9 +113,12 @@ impl Numbers<'_> {
 impl PeriodicSolution {
     fn write(&self, to: &mut Writer) {
         to.many(&[self.omega, self.frequency, self.kinetic]);
-        to.rows(&self.force);
-        let nodes: Vec<[f64; 2]> = self.nodes.iter().map(|n| n.map(|n| n as f64)).collect();
-        to.rows(&nodes);
+        to.one(self.contacts.len() as f64);
+        for contact in &self.contacts {
+            to.rows(&contact.force);
+            let nodes: Vec<[f64; 2]> = contact.nodes.iter().map(|n| n.map(|n| n as f64)).collect();
+            to.rows(&nodes);
+        }
         to.one(self.modal.len() as f64);
         self.modal.iter().for_each(|q| to.complex(q));
         self.state.iter().for_each(|s| to.list(s));

@@ -47,12 +47,15 @@ impl Balance<'_, '_> {
             (0..r).map(|i| harmonics.iter().enumerate().map(|(k, z)| (z[i] * turn(k)).re).sum()).collect()
         };
         let period: Vec<Vec<f64>> = (0..samples).map(sample).collect();
-        let steps = |count: usize| (0..=count).map(|n| period[n % samples].clone()).collect::<Vec<_>>();
-        // The contact under this motion, which has all multiples.
-        let settled = self.forces(&steps((delays + 1) * samples), &cycle.contact, h)?.1;
+        let from = |start: usize, count: usize| {
+            (start..=start + count).map(|n| period[n % samples].clone()).collect::<Vec<Vec<f64>>>()
+        };
+        // The contact under this motion, which has all multiples: from where marches of the cycle begin to phase zero.
+        let before = self.forgetting(&cycle.begin, h);
+        let settled = self.forces(&from((samples - before % samples) % samples, before), &cycle.begin, h)?.1;
         // The first period is changed, the steps after it forget the change.
         let count = samples + self.forgetting(&cycle.contact, h);
-        self.prescribe(&steps(count), &settled, h)?;
+        self.prescribe(&from(0, count), &settled, h)?;
         let mut changes = StateChanges::of_motion(&self.stepper, Mat::zeros(r, r * d));
         let mut kernel = vec![Mat::zeros(r * d, r * d); delays + 1];
         for step in 0..count {

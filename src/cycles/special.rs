@@ -19,8 +19,8 @@ type Happens = fn(&PeriodicSolution) -> bool;
 
 /// Events of the piecewise smooth equations, where the slope of a branch may have a kink.
 const EVENTS: [(SpecialKind, Happens); 2] = [
-    (SpecialKind::Stick, |cycle| cycle.nodes.iter().any(|n| n[1] > 0)),
-    (SpecialKind::Opening, |cycle| cycle.nodes.iter().any(|n| n[0] != cycle.nodes[0][0])),
+    (SpecialKind::Stick, |cycle| cycle.contacts.iter().any(|c| c.nodes.iter().any(|n| n[1] > 0))),
+    (SpecialKind::Opening, |cycle| cycle.contacts.iter().any(|c| c.nodes.iter().any(|n| n[0] != c.nodes[0][0]))),
 ];
 
 impl Walk<'_, '_, '_> {

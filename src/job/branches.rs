@@ -16,8 +16,9 @@ use std::path::PathBuf;
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Branches {
-    /// The key of the contact that the branches go along, e.g. `contact.friction` or `contact.creepage.lateral`; its
-    /// value in the job is where they begin, unless `starts` says otherwise.
+    /// The key that the branches go along: a number of the contact, e.g. `contact.friction` or
+    /// `contact.creepage.lateral`, or `curve.radius`; its value in the job is where they begin, unless `starts` says
+    /// otherwise.
     pub along: String,
     /// Least value of the key, in its unit.
     #[schemars(extend("unit" = "1"))]
@@ -131,8 +132,12 @@ fn default_march() -> Cycles {
 }
 
 impl Job {
-    /// The value of a key of the contact, `contact.…`; none where it is not there or is no number.
-    pub fn contact_number(&self, key: &str) -> Option<f64> {
+    /// The value of a key that a branch may go along, `contact.…` or `curve.radius`; none where it is not there or is no
+    /// number.
+    pub fn branch_number(&self, key: &str) -> Option<f64> {
+        if key == RADIUS {
+            return self.curve.as_ref().map(|c| c.radius);
+        }
         let contact = serde_json::to_value(self.contact.as_ref()?).ok()?;
         let pointer: String = key.strip_prefix("contact.")?.split('.').map(|s| format!("/{s}")).collect();
         contact.pointer(&pointer).and_then(Value::as_f64)
@@ -146,7 +151,13 @@ impl Job {
         let mut contact = serde_json::to_value(&self.contact).map_err(|e| refused(e.to_string()))?;
         put(&mut contact, &path.split('.').collect::<Vec<_>>(), Value::Number(number), "analyses.cycles.along")?;
         let mut contact: Contact = serde_json::from_value(contact).map_err(|e| refused(e.to_string()))?;
-        contact.in_equilibrium = self.contact.as_ref().is_some_and(|c| c.in_equilibrium);
+        if let Some(own) = &self.contact {
+            // What is not in a job file goes with it.
+            contact.in_equilibrium = own.in_equilibrium;
+            let friction = &contact.friction;
+            let further = own.further.iter().map(|c| Contact { friction: friction.clone(), ..c.clone() });
+            contact.further = further.collect();
+        }
         let job = Self { contact: Some(contact), ..self.clone() };
         let mut given = job.clone();
         // The range is that of the branch: a step that leaves it is no fault of the job.
@@ -154,6 +165,7 @@ impl Job {
         // Creepages that follow from a placement are in the job by now, and are no fault of it either.
         if let Some(contact) = given.contact.as_mut().filter(|c| c.placement.is_some()) {
             contact.creepage = Creepage::default();
+            contact.further.clear();
         }
         match validate(&given).into_iter().next() {
             Some(fault) => Err(refused(fault)),
@@ -162,9 +174,12 @@ impl Job {
     }
 }
 
+/// The radius of the curve: contacts are those of the equilibrium of the vehicle.
+pub const RADIUS: &str = "curve.radius";
+
 /// Keys that may change along a branch.
-const KEYS: [&str; 5] =
-    ["contact.friction", "contact.creepage.", "contact.normal_load", "contact.approach", "contact.speed"];
+const KEYS: [&str; 6] =
+    ["contact.friction", "contact.creepage.", "contact.normal_load", "contact.approach", "contact.speed", RADIUS];
 
 /// The faults of `analyses.cycles`.
 pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
@@ -177,8 +192,9 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
     let fits = |k: &str| key == k || key.strip_prefix(k).is_some_and(|r| k.ends_with('.') || r.starts_with('.'));
     if !KEYS.iter().any(|k| fits(k)) {
         faults.push(format!(
-            "{path}.along: found \"{key}\", expected a number of contact that keeps modes and mesh: friction, a number \
-             of its law, creepage.longitudinal, creepage.lateral, creepage.spin, normal_load, approach or speed"
+            "{path}.along: found \"{key}\", expected a key that keeps modes and mesh: contact.friction, a number of \
+             its law, contact.creepage.longitudinal, .lateral or .spin, contact.normal_load, .approach, .speed, or \
+             curve.radius"
         ));
         return faults;
     }
@@ -189,7 +205,7 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
              bodies.*.rotation to \"none\", or follow another key"
         ));
     }
-    match job.contact_number(key) {
+    match job.branch_number(key) {
         None => faults.push(format!("{path}.along: found \"{key}\", expected a key that the job gives a number for")),
         Some(here) if !(wanted.from <= here && here <= wanted.to && wanted.from < wanted.to) => faults.push(format!(
             "{path}.from, to: found {} to {}, expected a range around the job's own {key} = {here}",
@@ -204,10 +220,19 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
         ));
     }
     let Some(contact) = &job.contact else { return faults };
-    if contact.placement.is_some() && key != "contact.friction" && !key.starts_with("contact.friction.") {
+    if key == RADIUS && contact.from.is_none() {
         faults.push(format!(
-            "{path}.along: found \"{key}\", which follows from contact.placement here; follow contact.friction, or \
-             give load and creepages"
+            "{path}.along: found \"{key}\", expected a contact of a wheel of the vehicle (contact.from)"
+        ));
+    }
+    if key == RADIUS && !(wanted.from > 0.0) {
+        faults.push(format!("{path}.from: found {} m, expected a radius above 0", wanted.from));
+    }
+    let kept = key == RADIUS || key == "contact.friction" || key.starts_with("contact.friction.");
+    if contact.placement.is_some() && !kept {
+        faults.push(format!(
+            "{path}.along: found \"{key}\", which follows from contact.placement here; follow contact.friction, with \
+             curve and vehicle curve.radius, or give load and creepages"
         ));
     }
     if contact.roughness.is_some() {
@@ -262,7 +287,7 @@ mod tests {
             contact.creepage.lateral = -0.01;
         }
         let other = job.with_contact_number("contact.friction", 0.4).unwrap();
-        let numbers = ["contact.friction", "contact.creepage.lateral"].map(|key| other.contact_number(key));
+        let numbers = ["contact.friction", "contact.creepage.lateral"].map(|key| other.branch_number(key));
         assert_eq!(numbers, [Some(0.4), Some(-0.01)]);
     }
 }

@@ -23,7 +23,7 @@ mod transient;
 mod uncertainty;
 mod validate;
 
-pub use branches::{key_unit, Branches, EarlierResult, Starts, StartsBy};
+pub use branches::{key_unit, Branches, EarlierResult, Starts, StartsBy, RADIUS};
 pub use compare::{differences, fe_inputs, run_differences, Difference};
 pub use cycles::{Branch, Cycles};
 pub use damping::{damping_lines, undamped};

@@ -50,7 +50,8 @@ impl KeptBranches {
         // More cycles of a branch are cycles of the same branch, and so are others that are shown.
         let own = Branches { most: 1, every: None, ..search.wanted.clone() };
         let json = serde_json::json!({
-            "contact": search.job.contact, "bodies": search.job.bodies,
+            "contact": search.job.contact, "bodies": search.job.bodies, "curve": search.job.curve,
+            "vehicle": search.job.vehicle, "further": search.job.contact.as_ref().map(|c| &c.further),
             "stability": search.job.analyses.stability, "cycles": own
         });
         let mut sum = Sha256::new();

@@ -3,6 +3,7 @@
 //! on their number. Everything that is done is kept on the disk, and a later run of the same job takes it up.
 
 pub mod animation;
+mod curve;
 mod follow;
 mod kept;
 mod onsets;
@@ -20,10 +21,11 @@ use crate::body::TraceModes;
 use crate::case::bodies::Bodies;
 use crate::case::limit_cycle_point::watch;
 use crate::cycles::Structure;
-use crate::job::{key_unit, Branches};
+use crate::job::{key_unit, Branches, RADIUS};
 use crate::model::{shared, CoupledModel};
 use crate::output::datasets::branches::{BranchTables, Onset};
 use crate::{Error, Result};
+use curve::CurveTable;
 use follow::Walker;
 use kept::KeptBranches;
 use search::{Clock, Search};
@@ -55,7 +57,11 @@ pub fn run(
             (&own.0, &own.1)
         }
     };
-    let search = Search { job, wanted, model: pair };
+    let curve = match wanted.along == RADIUS {
+        true => Some(CurveTable::new(world, job, [wanted.from, wanted.to])?),
+        false => None,
+    };
+    let search = Search { job, wanted, model: pair, curve: curve.as_ref() };
     let clock = Clock::new(run.stop);
     let kept = KeptBranches::open(world, &run.options.output, run.given, &search)?;
     run.file.discard(kept.folder());
@@ -92,8 +98,11 @@ pub fn run(
         None => None,
     };
     let found = world.on_root(|| {
-        let watched = watch(pair, &rest);
-        let watched: Vec<Vec<f64>> = (0..watched.nrows()).map(|i| watched.row(i).iter().copied().collect()).collect();
+        let rows = |patch: usize| {
+            let rows = watch(pair, &rest, patch);
+            (0..rows.nrows()).map(|i| rows.row(i).iter().copied().collect()).collect::<Vec<Vec<f64>>>()
+        };
+        let watched: Vec<Vec<f64>> = (0..pair.0.patches.len()).flat_map(rows).collect();
         let unit = key_unit(&wanted.along);
         let tables = BranchTables {
             along: (&wanted.along, &unit),
@@ -113,6 +122,9 @@ pub fn run(
         let told =
             summary::BranchSummary { wanted, branches: &branches, onsets: &onsets, watch: &watched, failed: &failed };
         told.write(sounds.as_ref(), &mut run.summary);
+        if let Some(curve) = &curve {
+            run.summary.value("contacts over the radius", curve.text());
+        }
         run.file.tables(tables);
     }
     animation::write(run, bodies, &branches.all, every)

@@ -1,5 +1,6 @@
 //! The bodies of a job over the key of its branches, and when the search has to stop.
 
+use super::curve::CurveTable;
 use crate::case::stability_problem::StabilityProblem;
 use crate::case::transient_problem::TransientProblem;
 use crate::cycles::{BranchExtent, Conditions, Family, Resolution};
@@ -19,6 +20,8 @@ pub(super) struct Search<'a> {
     pub(super) job: &'a Job,
     pub(super) wanted: &'a Branches,
     pub(super) model: (&'a Interface, &'a CoupledModel),
+    /// Contacts over the radius of the curve, where that is the key.
+    pub(super) curve: Option<&'a CurveTable>,
 }
 
 impl Family for Search<'_> {
@@ -37,16 +40,17 @@ impl Family for Search<'_> {
 impl<'a> Search<'a> {
     /// The job at a value of the key.
     pub(super) fn job_at(&self, key: f64) -> Result<Job> {
-        match self.job.contact_number(&self.wanted.along) == Some(key) {
-            true => Ok(self.job.clone()),
-            false => self.job.with_contact_number(&self.wanted.along, key),
+        match self.curve {
+            Some(curve) => curve.at(self.job, key),
+            None if self.job.branch_number(&self.wanted.along) == Some(key) => Ok(self.job.clone()),
+            None => self.job.with_contact_number(&self.wanted.along, key),
         }
     }
 
     /// The values of the key at which unstable modes are looked for.
     pub(super) fn values(&self) -> Vec<f64> {
         match &self.wanted.starts.at[..] {
-            [] => self.job.contact_number(&self.wanted.along).into_iter().collect(),
+            [] => self.job.branch_number(&self.wanted.along).into_iter().collect(),
             given => given.to_vec(),
         }
     }

@@ -11,7 +11,7 @@ use crate::cycles::{
     cycle_of_mode, multipliers, BranchPoint, BranchState, ContactJacobian, ContactMemory, Family, GrowingMotion,
     Resolution,
 };
-use crate::job::StartsBy;
+use crate::job::{Contact, StartsBy};
 use crate::output::datasets::branches::{EarlierCycle, Onset};
 use crate::output::Reader;
 use crate::parallel::World;
@@ -308,10 +308,10 @@ impl Walker<'_, '_> {
         let rolling = search.rolling(&job, &transient)?;
         let ready = rolling.ready()?;
         let (rest, _) = ready.initial_state(&ready.model(search.model.1), &rolling)?;
-        // The motion at which a node at the contact reaches the velocity of the creepage.
+        // The motion at which a node at the contact reaches the velocity of the creepage, the largest one of several.
         let omega = mode.value.im.abs();
-        let creepage = rolling.contact.creepage;
-        let creep = creepage.longitudinal.hypot(creepage.lateral) * rolling.contact.speed;
+        let creep = |c: &Contact| c.creepage.longitudinal.hypot(c.creepage.lateral) * c.speed;
+        let creep = rolling.contact.all().map(creep).fold(0.0, f64::max);
         let amplitude = if creep > 0.0 { creep / omega } else { 100.0 * search.wanted.march.amplitude };
         let factor = scale(search.model.1, &mode.modal, amplitude);
         let turn = |z: &Complex64| if mode.value.im < 0.0 { z.conj() } else { *z };
@@ -341,7 +341,7 @@ impl Walker<'_, '_> {
         let memory = ContactMemory {
             reaction: earlier.reaction.clone(),
             friction: earlier.friction.clone(),
-            motions: vec![earlier.approach],
+            motions: earlier.motions.clone(),
         };
         Guess { z, scale: [unit, omega, earlier.key], memory, small: false, contact: None }
     }

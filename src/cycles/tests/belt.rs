@@ -2,11 +2,13 @@
 //! mode whose own instability makes a torus or a flip of the cycle of the first one.
 
 use super::*;
-use crate::cycles::balance::Balance;
+use crate::cycles::balance::{Balance, ContactPeriod};
 use crate::cycles::corrector::Condition;
 use crate::cycles::floquet::{through_kernel, through_modes};
 use crate::cycles::kernel::window;
 use crate::transient::Energy;
+
+type C = num_complex::Complex<f64>;
 
 /// Constant of the friction law, m/s.
 const FALL: f64 = 0.3;
@@ -93,7 +95,7 @@ fn in_cycle<'a>(belt: &Belt, model: Model<'a>, v: f64, cycle: &PeriodicSolution,
         friction: cycle.contact.friction.clone(),
         energy: Energy::default(),
     };
-    let step = 2.0 * PI / (cycle.omega * cycle.force.len() as f64);
+    let step = 2.0 * PI / (cycle.omega * cycle.contacts[0].force.len() as f64);
     let settings = Settings { scheme: Scheme { step, theta: 0.5 }, ..belt.at(v).unwrap().settings };
     Stepper::new(model, settings, state).unwrap()
 }
@@ -266,7 +268,7 @@ fn second_mode_makes_a_torus_or_a_flip() {
     let mut stepper = in_cycle(&belt, modes.model(&belt), torus.key, &torus.cycle, 1e-5);
     let mut places = Vec::new();
     for _ in 0..120 {
-        for _ in 0..torus.cycle.force.len() {
+        for _ in 0..torus.cycle.contacts[0].force.len() {
             stepper.advance().unwrap();
         }
         places.push(stepper.state().q[1]);
@@ -360,6 +362,41 @@ fn branch_does_not_depend_on_length_and_direction_of_its_steps() {
     }
 }
 
+/// A mode that moves the mass off the belt as well, by 2 µm a mm: the node first opens where the motion takes back the
+/// whole approach.
+#[test]
+fn node_first_opens_where_the_motion_takes_back_the_approach() {
+    let (belt, mut modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let lean = 2e-3;
+    modes.shapes[(2, 0)] = lean;
+    let structure = Structure::new(modes.model(&belt)).unwrap();
+    let resolution = Resolution { harmonics: 8, samples: 240 };
+    let mut equations = equations(&belt, &structure, resolution, onset());
+    // With the normal force p − lean q/SOFT friction and pressure on the mode have a part of q.
+    let mu = belt.at(onset()).unwrap().settings.friction.coefficient(onset());
+    equations.omega = (OMEGA * OMEGA - (mu - lean) * lean / SOFT).sqrt();
+    let (key, u, cycle, contact) = smooth(&mut equations, 0.1);
+    let start = BranchPoint { key, u, cycle, multipliers: None, special: None };
+    let extent = BranchExtent { range: [0.3, 0.9], most: 60, longest: 0.1, located: Some(1e-6), stability: false };
+    let mut branch = BranchState::new(start, contact, true, &extent);
+    let opens = |p: &BranchPoint| p.special.is_some_and(|s| s.kind == SpecialKind::Opening);
+    follow(&mut equations, &mut branch, &extent, &mut |state| Ok(!state.points.iter().any(opens))).unwrap();
+    let text: Vec<_> = branch.points.iter().map(|p| (p.key, p.cycle.contacts[0].normal(), p.special)).collect();
+    let at = branch.points.iter().position(opens).unwrap_or_else(|| panic!("{:?}: {text:?}", branch.end));
+    let [before, opening, after] = [at - 1, at, at + 1].map(|k| &branch.points[k].cycle.contacts[0]);
+    let open = |contact: &ContactPeriod| contact.nodes.iter().filter(|n| n[0] == 0).count();
+    assert!(open(before) == 0 && before.normal()[0] > 0.01 * LOAD && open(after) > 0, "{text:?}");
+    assert!(opening.normal()[0] < 1e-3 * LOAD, "{text:?}");
+    // The largest displacement off the belt, between the samples too.
+    let modal = &branch.points[at].cycle.modal;
+    let moved = |t: f64| -> f64 {
+        let part = |(k, q): (usize, &Vec<C>)| (q[0] * C::from_polar(1.0, 2.0 * PI * k as f64 * t)).re;
+        lean * modal.iter().enumerate().map(part).sum::<f64>()
+    };
+    let largest = (0..2000).map(|n| moved(n as f64 / 2000.0)).fold(0.0, |a: f64, u| a.max(u.abs()));
+    assert!((largest / (LOAD * SOFT) - 1.0).abs() < 2e-3, "{largest} {text:?}");
+}
+
 /// Motions of growing amplitude lead from rest to the cycle that is marched to. Friction feeds small ones less than
 /// larger ones, so that the growth rate rises before it falls where they begin to stick.
 #[test]
@@ -382,12 +419,12 @@ fn growing_motions_lead_to_the_cycle_that_is_marched_to() {
     u[equations.size()] = 1.0;
     let (found, _) = cycle_of_mode(&mut equations, u).unwrap();
     // The instants of stick lie elsewhere within their steps: that alone is 1e-4 in 300 steps.
-    let known = |cycle: &PeriodicSolution| [cycle.kinetic, cycle.frequency, cycle.stick()[0]];
+    let known = |cycle: &PeriodicSolution| [cycle.kinetic, cycle.frequency, cycle.contacts[0].stick()[0]];
     let [grown, marched] = [known(&found.cycle), known(&marched)];
     let apart = |k: usize| (grown[k] / marched[k] - 1.0).abs();
     assert!(apart(0) < 3e-4 && apart(1) < 1e-5, "{grown:?} {marched:?}");
     // The cycle sticks, a motion that grows as the mode does not.
-    assert!(found.cycle.stick()[0] > 0.01);
+    assert!(found.cycle.contacts[0].stick()[0] > 0.01);
 }
 
 /// The assembled Jacobian beside central differences of the equations, for motions that grow with 5 1/s.

@@ -15,6 +15,7 @@ use std::f64::consts::PI;
 
 mod belt;
 mod rolling;
+mod two_contacts;
 
 const OMEGA: f64 = 2.0 * PI * 100.0;
 /// Normal force, N, and compliance, m/N.
@@ -122,14 +123,20 @@ fn cycles_of_a_mass_on_a_belt_turn_back_at_the_fold_and_end_at_rest() {
     let conditions = belt.at(v).unwrap();
     let multipliers = multipliers(&structure, &conditions, &found.cycle, RESOLUTION).unwrap();
     // It sticks for a while: what deviates is gone within a period.
-    assert!(found.cycle.stick()[0] > 0.01 && multipliers.is_stable(), "{multipliers:?}");
+    assert!(found.cycle.contacts[0].stick()[0] > 0.01 && multipliers.is_stable(), "{multipliers:?}");
     let start = BranchPoint { key: v, u: found.u, cycle: found.cycle, multipliers: Some(multipliers), special: None };
     let extent = BranchExtent { range: [0.3, 0.9], most: 200, longest: 0.1, located: Some(1e-6), stability: true };
     let mut branch = BranchState::new(start.clone(), contact.clone().unwrap(), true, &extent);
     follow(&mut equations, &mut branch, &extent, &mut |_| Ok(true)).unwrap();
     let line = |p: &BranchPoint| {
         let m = p.multipliers.as_ref().map(|m| (m.values[0].norm(), m.phase));
-        format!("{:.6} {:.4e} J, stick {:.3}, {m:?} {:?}", p.key, p.cycle.kinetic, p.cycle.stick()[0], p.special)
+        format!(
+            "{:.6} {:.4e} J, stick {:.3}, {m:?} {:?}",
+            p.key,
+            p.cycle.kinetic,
+            p.cycle.contacts[0].stick()[0],
+            p.special
+        )
     };
     let text: Vec<String> = branch.points.iter().map(line).collect();
     assert_eq!(branch.end, Some(BranchEnd::Rest), "{text:#?}");

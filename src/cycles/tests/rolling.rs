@@ -85,9 +85,9 @@ fn error(rolling: &Rolling) -> f64 {
     let base = balance.march(&z, RATE, &memory).unwrap();
     let [mean, most] = {
         let cycle = structure.solution(base, 1).unwrap();
-        let closed = cycle.nodes.iter().map(|n| n[0]);
+        let closed = cycle.contacts[0].nodes.iter().map(|n| n[0]);
         assert!(closed.clone().max() > closed.min(), "the edge does not move");
-        cycle.stick()
+        cycle.contacts[0].stick()
     };
     assert!(mean > 0.02 && mean < 0.9 && most > mean + 0.02, "stick {mean}, {most}");
     let found = balance.force_derivative(&z, RATE, &memory).unwrap();

@@ -134,7 +134,6 @@ fn check_analyses(job: &Job, contact: &Contact, (key, value): (&str, &str), faul
     let full = analyses.stability.as_ref().is_some_and(|s| s.full.is_some());
     for (name, given) in [
         ("analyses.creep_curve", analyses.creep_curve.is_some()),
-        ("analyses.cycles", analyses.cycles.is_some()),
         ("analyses.sweep.cycles", cycles),
         ("analyses.uncertainty", analyses.uncertainty.is_some()),
         ("analyses.stability.full", full),

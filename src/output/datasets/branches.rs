@@ -71,7 +71,7 @@ pub struct BranchTables<'a> {
     pub branches: &'a [OneBranch],
     /// One cycle of so many has a period in the tables beside the special points; none where they alone have.
     pub every: Option<u32>,
-    /// Velocities of the lower and the upper body (x, y, n) at the contact over the modal ones, `[6][m]`.
+    /// Velocities of the lower and the upper body (x, y, n) at each contact over the modal ones, `[6 contacts][m]`.
     pub watch: &'a [Vec<f64>],
     /// Thresholds of rest, and of further modes.
     pub onsets: &'a [Onset],
@@ -93,10 +93,6 @@ impl BranchTables<'_> {
         let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&BranchPoint) -> f64| {
             Table::list(&format!("/cycles/{name}"), units, text, points.iter().map(|p| of(p)).collect::<Vec<f64>>())
         };
-        let rows = |name: &str, units: &str, text: &str, shape: &[usize], of: &dyn Fn(&BranchPoint) -> Vec<f64>| {
-            let values: Vec<f64> = points.iter().flat_map(|p| of(p)).collect();
-            Table::new(&format!("/cycles/{name}"), units, text, &[&[count], shape].concat(), values)
-        };
         let nan = Complex::new(f64::NAN, f64::NAN);
         let multipliers: Vec<Complex<f64>> = points
             .iter()
@@ -109,9 +105,7 @@ impl BranchTables<'_> {
         let unstable: Vec<i64> =
             points.iter().map(|p| p.multipliers.as_ref().map_or(-1, |m| m.unstable() as i64)).collect();
         let special: Vec<String> = points.iter().map(|p| p.special.map_or("", |s| s.kind.name()).into()).collect();
-        let (places, told): (Vec<i64>, Vec<&BranchPoint>) =
-            shown(self.branches, self.every).into_iter().map(|(place, p)| (place as i64, p)).unzip();
-        let steps = points.first().map_or(0, |p| p.cycle.force.len());
+        let places: Vec<i64> = shown(self.branches, self.every).into_iter().map(|(place, _)| place as i64).collect();
         let onsets = |of: &dyn Fn(&Onset) -> f64| self.onsets.iter().map(of).collect::<Vec<f64>>();
         let (along, unit) = self.along;
         let mut all = vec![
@@ -119,25 +113,6 @@ impl BranchTables<'_> {
             list("key", unit, "Value of the key.", &|p| p.key),
             list("frequency", "Hz", "Frequency.", &|p| p.cycle.frequency),
             list("kinetic", "J", "Mean kinetic energy.", &|p| p.cycle.kinetic),
-            rows("force", "N", "Mean contact force (x, y, z) on body 1.", &[3], &|p| p.cycle.sway()[1].to_vec()),
-            rows("force_rms", "N", "Root mean square of the force about its mean.", &[3], &|p| {
-                p.cycle.sway()[0].to_vec()
-            }),
-            rows("normal", "N", "Least and largest normal force.", &[2], &|p| p.cycle.normal().to_vec()),
-            rows("stick", "1", "Share of the closed nodes that stick: mean and largest.", &[2], &|p| {
-                p.cycle.stick().to_vec()
-            }),
-            list("closed", "1", "Fewest closed nodes.", &|p| {
-                p.cycle.nodes.iter().map(|n| n[0]).min().unwrap_or(0) as f64
-            }),
-            rows(
-                "velocity_rms",
-                "m/s",
-                "Root mean squares of the velocities (x, y, n) of the lower and the upper body at the middle of the \
-                 contact.",
-                &[2, 3],
-                &|p| self.watch.iter().map(|row| p.cycle.velocity(row)).collect(),
-            ),
             Table::new(
                 "/cycles/multiplier",
                 "1",
@@ -193,23 +168,60 @@ impl BranchTables<'_> {
                 self.onsets.iter().map(|o| o.mode as i64).collect::<Vec<i64>>(),
             ),
             Table::list("/cycles/period/point", "1", "Places of the cycles whose periods follow.", places),
-            Table::new(
-                "/cycles/period/force",
-                "N",
-                "Contact force (x, y, z) on body 1 over a period of each of them.",
-                &[told.len(), steps, 3],
-                told.iter().flat_map(|p| p.cycle.force.iter().flatten().copied()).collect::<Vec<f64>>(),
+        ];
+        let contacts = points.first().map_or(0, |p| p.cycle.contacts.len());
+        all.extend((0..contacts).flat_map(|contact| self.of_contact(contact)));
+        all.extend(self.motions());
+        all
+    }
+
+    /// The contact `number`, from 0, in all cycles; those of further ones are in groups of their own.
+    fn of_contact(&self, number: usize) -> Vec<Table> {
+        let points: Vec<&BranchPoint> = self.branches.iter().flat_map(|b| &b.points).collect();
+        let told: Vec<&BranchPoint> = shown(self.branches, self.every).into_iter().map(|(_, p)| p).collect();
+        let of = |p: &BranchPoint| p.cycle.contacts.get(number).cloned().unwrap_or_default();
+        let steps = points.first().map_or(0, |p| of(p).force.len());
+        let path = |name: &str| match number {
+            0 => format!("/cycles/{name}"),
+            _ => format!("/cycles_{}/{name}", number + 1),
+        };
+        let rows = |name: &str, units: &str, text: &str, shape: &[usize], of: &dyn Fn(&BranchPoint) -> Vec<f64>| {
+            let values: Vec<f64> = points.iter().flat_map(|p| of(p)).collect();
+            Table::new(&path(name), units, text, &[&[points.len()], shape].concat(), values)
+        };
+        vec![
+            rows("force", "N", "Mean contact force (x, y, z) on body 1.", &[3], &|p| of(p).sway()[1].to_vec()),
+            rows("force_rms", "N", "Root mean square of the force about its mean.", &[3], &|p| {
+                of(p).sway()[0].to_vec()
+            }),
+            rows("normal", "N", "Least and largest normal force.", &[2], &|p| of(p).normal().to_vec()),
+            rows("stick", "1", "Share of the closed nodes that stick: mean and largest.", &[2], &|p| {
+                of(p).stick().to_vec()
+            }),
+            rows("closed", "1", "Fewest closed nodes.", &[], &|p| vec![of(p).closed() as f64]),
+            rows(
+                "velocity_rms",
+                "m/s",
+                "Root mean squares of the velocities (x, y, n) of the lower and the upper body at the middle of the \
+                 contact.",
+                &[2, 3],
+                &|p| self.watch.iter().skip(6 * number).take(6).map(|row| p.cycle.velocity(row)).collect(),
             ),
             Table::new(
-                "/cycles/period/nodes",
+                &path("period/force"),
+                "N",
+                "Contact force (x, y, z) on body 1 over a period of each of the cycles of /cycles/period/point.",
+                &[told.len(), steps, 3],
+                told.iter().flat_map(|p| of(p).force.into_flattened()).collect::<Vec<f64>>(),
+            ),
+            Table::new(
+                &path("period/nodes"),
                 "1",
                 "Closed and sticking nodes over a period of each of them.",
                 &[told.len(), steps, 2],
-                told.iter().flat_map(|p| p.cycle.nodes.iter().flatten().map(|n| *n as i64)).collect::<Vec<i64>>(),
+                told.iter().flat_map(|p| of(p).nodes.into_flattened()).map(|n| n as i64).collect::<Vec<i64>>(),
             ),
-        ];
-        all.extend(self.motions());
-        all
+        ]
     }
 
     /// Motion and contact of every cycle, from which later runs begin.
@@ -221,6 +233,8 @@ impl BranchTables<'_> {
         let parts = points().next().map_or(0, |(_, p)| p.u.len().saturating_sub(2) / r.max(1));
         let motion = points().flat_map(|(unit, p)| p.u[..r * parts].iter().map(move |u| unit * u));
         let memory = points().next().map_or(0, |(_, p)| p.cycle.begin.friction.len());
+        let motions = points().next().map_or(1, |(_, p)| p.cycle.begin.motions.len());
+        let sizes = [motions];
         let rows = |name: &str, units: &str, text: &str, shape: &[usize], values: Vec<f64>| {
             Table::new(&format!("/cycles/motion/{name}"), units, text, &[&[count], shape].concat(), values).summed()
         };
@@ -256,9 +270,9 @@ impl BranchTables<'_> {
             rows(
                 "approach",
                 "m",
-                "Approach there.",
-                &[],
-                list(&|p| vec![p.cycle.begin.motions.first().copied().unwrap_or(0.0)]),
+                "Approach there; with several contacts one of each rigid motion.",
+                if motions == 1 { &[] } else { &sizes },
+                list(&|p| p.cycle.begin.motions.clone()),
             ),
             rows("key", "-", "Value of the key.", &[], list(&|p| vec![p.key])),
             rows("frequency", "Hz", "Frequency.", &[], list(&|p| vec![p.cycle.frequency])),
@@ -287,8 +301,8 @@ pub struct EarlierCycle {
     pub reaction: Vec<f64>,
     /// Coefficients of friction, `[n]` or none.
     pub friction: Vec<f64>,
-    /// Approach, m.
-    pub approach: f64,
+    /// Rigid motions, m, `[motions]`; of one contact its approach.
+    pub motions: Vec<f64>,
 }
 
 impl EarlierCycle {
@@ -341,7 +355,7 @@ impl EarlierCycle {
             displacement,
             reaction: row(read("reaction")?.1),
             friction: row(read("friction")?.1),
-            approach: one("approach")?,
+            motions: row(read("approach")?.1),
         })
     }
 
@@ -349,19 +363,21 @@ impl EarlierCycle {
     pub fn numbers(&self) -> Vec<f64> {
         let counts = [self.displacement.len(), self.reaction.len(), self.friction.len()].map(|n| n as f64);
         let mut all = counts.to_vec();
-        all.extend([self.key, self.frequency, self.approach]);
+        all.extend([self.key, self.frequency]);
         all.extend(self.displacement.iter().flatten().chain(&self.reaction).chain(&self.friction));
+        all.extend(&self.motions);
         all
     }
 
     /// From [`numbers`](Self::numbers) and file and place; none of others.
     pub fn from_numbers((file, place): (String, usize), all: &[f64]) -> Option<Self> {
-        let (&[parts, rows, memory, key, frequency, approach], rest) = all.split_first_chunk::<6>()?;
+        let (&[parts, rows, memory, key, frequency], rest) = all.split_first_chunk::<5>()?;
         let [parts, rows, memory] = [parts, rows, memory].map(|n| n as usize);
         let (displacement, rest) = rest.split_at_checked(parts * rows)?;
-        let (reaction, friction) = rest.split_at_checked(rows)?;
+        let (reaction, rest) = rest.split_at_checked(rows)?;
+        let (friction, motions) = rest.split_at_checked(memory)?;
         let displacement = displacement.chunks_exact(rows.max(1)).map(<[f64]>::to_vec).collect();
-        (friction.len() == memory).then(|| Self {
+        Some(Self {
             file,
             place,
             key,
@@ -369,7 +385,7 @@ impl EarlierCycle {
             displacement,
             reaction: reaction.to_vec(),
             friction: friction.to_vec(),
-            approach,
+            motions: motions.to_vec(),
         })
     }
 }

@@ -1,0 +1,134 @@
+//! Two balls that roll on elastic half-spaces of their own, each on a mode across: the first one slides on friction that
+//! falls with the velocity and sways, the second one is at rest. What it has beside it changes nothing of its cycle.
+
+use super::*;
+use crate::body::half_space::HalfSpace;
+use crate::contact::{Loads, PatchKinematics};
+use crate::cycles::corrector::Condition;
+use crate::transient::PatchDrive;
+
+/// Rolling speed, m/s; angular frequencies of the modes, rad/s, their damping, 1/s, and displacement at their contact,
+/// 1/√kg.
+const SPEED: f64 = 10.0;
+const MODES: [f64; 2] = [2.0 * PI * 300.0, 2.0 * PI * 410.0];
+const DAMPED: [f64; 2] = [20.0, 600.0];
+const SHAPE: f64 = 0.1;
+/// Lateral creepage of the second contact.
+const OTHER: f64 = 0.03;
+const FEW: Resolution = Resolution { harmonics: 2, samples: 96 };
+
+/// One ball, or both.
+struct Balls {
+    interface: Interface,
+    residual: Mat<f64>,
+    shapes: Mat<f64>,
+}
+
+impl Balls {
+    fn new(count: usize) -> Self {
+        let line = |n: usize| (0..n).map(|i| 1.5e-3 * (i as f64 - 0.5 * (n - 1) as f64)).collect::<Vec<f64>>();
+        let (x, y) = (line(7), line(5));
+        let gap: Vec<f64> = (0..35).map(|i| (x[i % 7].powi(2) + y[i / 7].powi(2)) / 0.6).collect();
+        let own = HalfSpace { young: 210e9, poisson: 0.3 }.compliance(&x, &y).unwrap();
+        let rows = own.nrows();
+        let residual = Mat::from_fn(count * rows, count * rows, |i, j| match i / rows == j / rows {
+            true => own[(i % rows, j % rows)],
+            false => 0.0,
+        });
+        let one = || Interface::new(x.clone(), y.clone(), gap.clone()).unwrap();
+        let shapes = Mat::from_fn(count * rows, count, |i, k| if i / rows == k && i % 3 == 1 { SHAPE } else { 0.0 });
+        Self { interface: Interface::joined((0..count).map(|_| one()).collect()).unwrap(), residual, shapes }
+    }
+
+    fn count(&self) -> usize {
+        self.interface.patches.len()
+    }
+}
+
+/// The key is the lateral creepage of the first contact.
+impl Family for Balls {
+    fn at(&self, key: f64) -> crate::Result<Conditions> {
+        let law = Exponential { memory_length: 1e-3, ..Exponential::new(0.4, 0.2, 0.3) };
+        let drive = |patch: usize| {
+            let lateral = if patch == 0 { key } else { OTHER };
+            let creepage = Creepage { longitudinal: 0.0, lateral, spin: 0.0 };
+            PatchDrive::constant(PatchKinematics { speed: SPEED, creepage })
+        };
+        let loads = Loads::of_patches(&[NormalLoad::Force(8e3), NormalLoad::Force(6e3)][..self.count()]);
+        let settings = Settings {
+            scheme: Scheme { step: 1e-5, theta: 0.5 },
+            friction: FrictionLaw::from(law),
+            solver: ContactSolver::Newton,
+            tolerance: 1e-12,
+            drive: Loading::of_loads(&loads, (0..self.count()).map(drive).collect()),
+        };
+        Ok(Conditions { settings, interface: self.interface.clone() })
+    }
+}
+
+/// The cycle of the first ball with a given amplitude, its key and its multipliers.
+fn cycle(balls: &Balls) -> (f64, PeriodicSolution, Vec<num_complex::Complex<f64>>) {
+    let count = balls.count();
+    let model = Model {
+        interface: &balls.interface,
+        residual: balls.residual.as_ref(),
+        modes: balls.shapes.as_ref(),
+        omega: &MODES[..count],
+        stiffness: ModalMatrix::squares(&MODES[..count]),
+        damping: DAMPED[..count].to_vec().into(),
+        turning: None,
+        load: &[],
+    };
+    let structure = Structure::new(model).unwrap();
+    let n = balls.interface.len();
+    let key = 0.02;
+    let memory = ContactMemory { reaction: vec![0.0; 3 * n], friction: vec![0.3; n], motions: vec![5e-5; count] };
+    let unit = 0.1;
+    let mut equations = Equations {
+        structure: &structure,
+        family: balls,
+        resolution: FEW,
+        unit,
+        omega: MODES[0],
+        key: [key, 0.01],
+        memory,
+        marches: 0,
+    };
+    // The first ball sways with 30 mm/s about where friction, with the sign that creepage has, holds it.
+    let of = |u: [f64; 2]| {
+        let field: Vec<f64> = (0..3 * n).map(|row| if row % 3 == 1 { u[row / (3 * 35)] } else { 0.0 }).collect();
+        structure.projected(&field).into_iter().map(|z| z / unit)
+    };
+    let mean = |k: usize, load: f64| -0.25 * load * (SHAPE / MODES[k]).powi(2);
+    let mut u: Vec<f64> = of([mean(0, 8e3), mean(1, 6e3)]).collect();
+    let sway: Vec<f64> = of([0.03 / MODES[0], 0.0]).collect();
+    u.extend(&sway);
+    u.resize(equations.size(), 0.0);
+    u.extend([1.0, 0.0]);
+    equations.settle(&u).unwrap();
+    let size = sway.iter().map(|s| s * s).sum::<f64>().sqrt();
+    let mut row = vec![0.0; u.len()];
+    sway.iter().enumerate().for_each(|(k, s)| row[count + k] = s / size);
+    let conditions = [equations.phase(&u), Condition { row, reference: u.clone() }];
+    let found = equations.correct(u, &conditions, &mut None).unwrap();
+    let key = equations.key_of(&found.u);
+    let values = multipliers(&structure, &balls.at(key).unwrap(), &found.cycle, FEW).unwrap().values;
+    (key, found.cycle, values)
+}
+
+#[test]
+fn second_contact_at_rest_leaves_the_cycle_as_it_is() {
+    let [(key, alone, own), (other, both, all)] = [1, 2].map(|count| cycle(&Balls::new(count)));
+    assert!((key / other - 1.0).abs() < 1e-7, "{key} {other}");
+    assert!((alone.frequency / both.frequency - 1.0).abs() < 1e-8, "{} {}", alone.frequency, both.frequency);
+    assert!((alone.kinetic / both.kinetic - 1.0).abs() < 1e-6, "{} {}", alone.kinetic, both.kinetic);
+    let [sway, mean] = alone.contacts[0].sway();
+    assert!(sway[1] > 10.0 && mean[1].abs() > 1e3, "{sway:?} {mean:?}");
+    for (a, b) in alone.contacts[0].force.iter().zip(&both.contacts[0].force) {
+        assert!((0..3).all(|c| (a[c] - b[c]).abs() < 1e-3), "{a:?} {b:?}");
+    }
+    let [sway, mean] = both.contacts[1].sway();
+    assert!(sway.iter().all(|s| *s < 1e-3) && (mean[2] + 6e3).abs() < 1e-3, "{sway:?} {mean:?}");
+    let near = all.iter().map(|v| (v - own[0]).norm()).fold(f64::INFINITY, f64::min);
+    assert!(near < 1e-6 && all.len() > own.len(), "{own:?} {all:?}");
+}
