@@ -38,9 +38,14 @@ const TOLD: usize = 12;
 const ROUNDING: f64 = 1e-6;
 
 impl Multipliers {
+    /// Error of the sizes of multipliers, as far as that of the phase tells.
+    pub(super) fn error(&self) -> f64 {
+        ROUNDING + 2.0 * (self.phase - 1.0).norm()
+    }
+
     /// Number of multipliers outside the unit circle, both of a pair counted.
     pub fn unstable(&self) -> usize {
-        let out = self.values.iter().filter(|v| v.norm() > 1.0 + ROUNDING + 2.0 * (self.phase - 1.0).norm());
+        let out = self.values.iter().filter(|v| v.norm() > 1.0 + self.error());
         out.map(|v| if v.im.abs() > 0.0 { 2 } else { 1 }).sum()
     }
 

@@ -149,12 +149,15 @@ impl Walk<'_, '_, '_> {
         let within = growth(a).min(growth(b));
         let zero = if within > 0.0 { 0.5 * (growth(a) + growth(b)) } else { 0.0 };
         let level = |m: &Multipliers| growth(m) - zero;
-        let (mut low, mut high) = ((0.0, level(a), here.key), (1.0, level(b), there.key));
+        let mut tried = vec![(0.0, level(a)), (1.0, level(b))];
+        let (mut low, mut high) = (0.0, 1.0);
+        let begins = level(a) < 0.0;
         let mut best: Option<BranchPoint> = None;
         for round in 0..ROUNDS {
-            let secant = low.0 - low.1 * (high.0 - low.0) / (high.1 - low.1);
-            let inside = secant > low.0 && secant < high.0 && round % 3 < 2;
-            let part = if inside { secant } else { 0.5 * (low.0 + high.0) };
+            let part = match zero_of(&tried, [low, high]) {
+                Some(part) if round % 4 < 3 => part,
+                _ => 0.5 * (low + high),
+            };
             let found = match self.on_chord(&here.u, &there.u, part) {
                 Ok(found) => found,
                 Err(Error::NotConverged(_)) => break,
@@ -162,12 +165,15 @@ impl Walk<'_, '_, '_> {
             };
             let point = self.point(found, None)?;
             let Some(m) = &point.multipliers else { return Ok(None) };
-            let now = (part, level(m), point.key);
-            let apart = (point.key - low.2).abs().min((point.key - high.2).abs());
-            match (now.1 < 0.0) == (low.1 < 0.0) {
-                true => low = now,
-                false => high = now,
+            // Nearer than this multipliers do not tell.
+            let known = level(m).abs() <= m.error();
+            tried.push((part, level(m)));
+            match (level(m) < 0.0) == begins {
+                true => low = part,
+                false => high = part,
             }
+            // The next place is where the zero lies but for what this one tells beside those before it.
+            let apart = zero_of(&tried, [low, high]).map_or(high - low, |next| (next - part).abs());
             let critical = m.values.get(unlike(m, count)).copied().unwrap_or_default();
             let kind = match (critical.im.abs() > 1e-9, critical.re > 0.0) {
                 (true, _) => SpecialKind::Torus,
@@ -179,7 +185,7 @@ impl Walk<'_, '_, '_> {
                 _ => 0.0,
             };
             best = Some(BranchPoint { special: Some(Special { kind, second }), ..point });
-            if apart < tolerance {
+            if known || (apart * (there.key - here.key).abs() < tolerance && apart < 1e-3) {
                 break;
             }
         }
@@ -188,6 +194,26 @@ impl Walk<'_, '_, '_> {
         let folds = |p: &BranchPoint| p.special.is_some_and(|s| s.kind == SpecialKind::Crossing) && beyond(p);
         Ok(best.filter(|p| !folds(p)))
     }
+}
+
+/// The zero of a function by its values at the last places where it was looked at, which lies between `ends`: by the
+/// inverse parabola through three of them (R. P. Brent, Algorithms for Minimization without Derivatives, 1973), or the
+/// line through two.
+fn zero_of(tried: &[(f64, f64)], [low, high]: [f64; 2]) -> Option<f64> {
+    let line = |a: (f64, f64), b: (f64, f64)| b.0 - b.1 * (b.0 - a.0) / (b.1 - a.1);
+    let inside = |x: &f64| *x > low && *x < high;
+    let parabola = match tried {
+        [.., a, b, c] => {
+            let of = |p: &(f64, f64), q: &(f64, f64), r: &(f64, f64)| p.0 * q.1 * r.1 / ((p.1 - q.1) * (p.1 - r.1));
+            Some(of(a, b, c) + of(b, a, c) + of(c, a, b))
+        }
+        _ => None,
+    };
+    let secant = match tried {
+        [.., a, b] => Some(line(*a, *b)),
+        _ => None,
+    };
+    parabola.filter(inside).or(secant.filter(inside))
 }
 
 /// The place of the first multiplier after those that count `count`, both of a pair counted.
@@ -200,4 +226,22 @@ fn unlike(m: &Multipliers, count: usize) -> usize {
         sum += if v.im.abs() > 0.0 { 2 } else { 1 };
     }
     m.values.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::zero_of;
+
+    #[test]
+    fn zero_is_found_in_a_few_looks() {
+        let f = |x: f64| (2.0 * x).exp() - 1.9;
+        let mut tried = vec![(0.0, f(0.0)), (1.0, f(1.0))];
+        for _ in 0..6 {
+            let x = zero_of(&tried, [0.0, 1.0]).unwrap();
+            tried.push((x, f(x)));
+        }
+        assert!((tried[7].0 - 0.5 * 1.9f64.ln()).abs() < 1e-9, "{tried:?}");
+        // Outside of the bracket there is none.
+        assert_eq!(zero_of(&[(0.0, 1.0), (1.0, 2.0)], [0.0, 1.0]), None);
+    }
 }
