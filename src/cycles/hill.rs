@@ -61,7 +61,7 @@ struct Closed {
     /// K, `[r d, r d]`.
     within: Mat<C>,
     /// A, `[r d, r d]` each.
-    kernel: Vec<Mat<C>>,
+    kernel: Vec<Mat<f64>>,
 }
 
 /// The system of one point of the circle.
@@ -70,6 +70,8 @@ struct Shifted<'a> {
     shift: C,
     /// K + p (shift − E)⁻¹ q.
     response: Mat<C>,
+    /// A(shift) = Σ A_l shift^−l.
+    kernel: Mat<C>,
     /// 1 − response·A(shift).
     system: PartialPivLu<C>,
 }
@@ -121,13 +123,12 @@ impl Closed {
             gains.push((0..r * d).map(|k| y[k / d] * own[k % d]).collect::<Vec<C>>());
         }
         let sum = shapes * courses;
-        let complex = |a: Mat<f64>| Mat::from_fn(a.nrows(), a.ncols(), |i, k| C::new(a[(i, k)], 0.0));
         Self {
             motion: Mat::from_fn(r * d, factor.len(), |i, j| motions[j][i]),
             gain: Mat::from_fn(factor.len(), r * d, |j, i| gains[j][i]),
             factor,
             within: Mat::from_fn(r * d, r * d, |i, k| sum[((i / d) * r + k / d, (i % d) * d + k % d)]),
-            kernel: kernel.into_iter().map(complex).collect(),
+            kernel,
         }
     }
 
@@ -137,18 +138,26 @@ impl Closed {
         let shift = C::from_polar(1.0 + 1e-4, middle);
         let (near, covered) = self.at(shift)?.eigenvalues()?;
         let needed = (C::from_polar(1.0, low) - shift).norm() * 1.05;
-        if covered < needed && halvings > 0 {
-            self.sector([low, middle], halvings - 1, found)?;
-            return self.sector([middle, high], halvings - 1, found);
-        }
+        // The part about the middle that is covered, where that is not all.
+        let [from, to] = match covered < needed && halvings > 0 {
+            true => {
+                let half = 2.0 * (0.5 * covered / 1.05).min(1.0).asin();
+                [(middle - half).max(low), (middle + half).min(high)]
+            }
+            false => [low, high],
+        };
         for mut value in near {
             if value.im.abs() < REAL * value.norm() {
                 value.im = 0.0;
             }
             let angle = value.arg();
-            if angle >= low && (angle < high || (high >= PI - 1e-12 && angle <= PI)) {
+            if angle >= from && (angle < to || (to >= PI - 1e-12 && angle <= PI)) {
                 found.push(value);
             }
+        }
+        if from > low {
+            self.sector([low, from], halvings - 1, found)?;
+            self.sector([to, high], halvings - 1, found)?;
         }
         Ok(())
     }
@@ -157,13 +166,11 @@ impl Closed {
         let n = self.within.nrows();
         let weighted = Mat::from_fn(self.gain.nrows(), n, |j, k| self.gain[(j, k)] / (shift - self.factor[j]));
         let response = &self.within + &self.motion * weighted;
-        let mut at_shift = self.kernel[0].clone();
-        for (delay, kernel) in self.kernel.iter().enumerate().skip(1) {
-            at_shift += faer::Scale(shift.powi(-(delay as i32))) * kernel;
-        }
-        let product = &response * at_shift;
+        let turns: Vec<C> = (0..self.kernel.len()).map(|delay| shift.powi(-(delay as i32))).collect();
+        let kernel = Mat::from_fn(n, n, |i, k| self.kernel.iter().zip(&turns).map(|(a, t)| t * a[(i, k)]).sum::<C>());
+        let product = &response * &kernel;
         let system = Mat::from_fn(n, n, |i, k| C::new(f64::from(u8::from(i == k)), 0.0) - product[(i, k)]);
-        Ok(Shifted { closed: self, shift, response, system: system.partial_piv_lu() })
+        Ok(Shifted { closed: self, shift, response, kernel, system: system.partial_piv_lu() })
     }
 }
 
@@ -186,17 +193,16 @@ impl Shifted<'_> {
             let one = |(k, b): (usize, &C)| (last.map_or(C::default(), |l| l[k]) + b) / self.shift;
             known.push(part.iter().enumerate().map(one).collect());
         }
-        let mut lost = Mat::<C>::zeros(n, 1);
+        // Their forces: real and imaginary parts.
+        let mut parts = Mat::<f64>::zeros(n, 2);
         for (kernel, known) in c.kernel.iter().skip(1).zip(&known) {
-            lost += kernel * Mat::from_fn(n, 1, |k, _| known[k]);
+            parts += kernel * Mat::from_fn(n, 2, |k, part| if part == 0 { known[k].re } else { known[k].im });
         }
+        let lost = Mat::from_fn(n, 1, |k, _| C::new(parts[(k, 0)], parts[(k, 1)]));
         let own = Mat::from_fn(m, 1, |j, _| modes[j] / (self.shift - c.factor[j]));
         let right = -(&c.motion * own) - &self.response * &lost;
         let a = self.system.solve(right);
-        let mut force = -lost;
-        for (delay, kernel) in c.kernel.iter().enumerate() {
-            force += faer::Scale(self.shift.powi(-(delay as i32))) * (kernel * &a);
-        }
+        let force = &self.kernel * &a - lost;
         let gained = &c.gain * force;
         let mut x: Vec<C> = (0..m).map(|j| (gained[(j, 0)] - modes[j]) / (self.shift - c.factor[j])).collect();
         for (delay, known) in known.iter().enumerate() {
