@@ -3,7 +3,7 @@
 use super::kept::KeptBranches;
 use super::search::{Clock, Search};
 use super::spread::spread;
-use super::starts::{BranchStart, Candidate, FailedStart};
+use super::starts::{BranchOrigin, BranchStart, Candidate, FailedStart};
 use crate::cycles::branch::follow;
 use crate::cycles::corrector::Equations;
 use crate::cycles::{BranchEnd, BranchPoint, BranchState, ContactMemory, Structure};
@@ -101,11 +101,17 @@ impl<'w, 'a> Walker<'w, 'a> {
         let mut pending = starts;
         let range = self.search.wanted.to - self.search.wanted.from;
         while !pending.is_empty() {
-            let later = pending.split_off(world.size.div_ceil(2).min(pending.len()));
+            let later = pending.split_off(at_once(candidates, &pending).max(world.size.div_ceil(2)).min(pending.len()));
             let now = std::mem::replace(&mut pending, later);
             let mut tasks: Vec<Task> = Vec::new();
             for (k, start) in now.iter().enumerate() {
-                tasks.extend([Some((k, false)), start.state.is_two_way().then_some((k, true))].into_iter().flatten());
+                let both = [Some((k, false)), start.state.is_two_way().then_some((k, true))];
+                let own = tasks.len();
+                tasks.extend(both.into_iter().flatten());
+                // Ranks take up and down in turn: one direction of most branches is longer.
+                if k % 2 == 1 {
+                    tasks[own..].reverse();
+                }
             }
             let states = self.walk(world, &now, &tasks, progress)?;
             if world.max(f64::from(u8::from(self.clock.is_over()))) > 0.0 {
@@ -186,6 +192,17 @@ impl<'w, 'a> Walker<'w, 'a> {
         });
         states.collect()
     }
+}
+
+/// Number of the first of `starts` that are followed at once: those of the unstable modes at one value of the key have
+/// branches of their own but for folds; others mostly lie on a branch of theirs.
+fn at_once(candidates: &[Candidate], starts: &[BranchStart]) -> usize {
+    let key = |start: &BranchStart| match candidates.get(start.number)?.origin {
+        BranchOrigin::Mode { key, .. } => Some(key),
+        _ => None,
+    };
+    let first = starts.first().and_then(key);
+    starts.iter().take_while(|start| first.is_some() && key(start) == first).count()
 }
 
 /// A branch from its numbers.
