@@ -1,5 +1,5 @@
-//! Two balls that roll on elastic half-spaces of their own, each on a mode across: the first one slides on friction that
-//! falls with the velocity and sways, the second one is at rest. What it has beside it changes nothing of its cycle.
+//! Two balls that roll on elastic half-spaces of their own, each on a mode across: the first one slides on friction
+//! that falls with the velocity and sways, the second one is at rest. It changes nothing of the cycle of the first one.
 
 use super::*;
 use crate::body::half_space::HalfSpace;
@@ -48,7 +48,7 @@ impl Balls {
 /// The key is the lateral creepage of the first contact.
 impl Family for Balls {
     fn at(&self, key: f64) -> crate::Result<Conditions> {
-        let law = Exponential { memory_length: 1e-3, ..Exponential::new(0.4, 0.2, 0.3) };
+        let law = Exponential { memory_length: 1e-5, ..Exponential::new(0.4, 0.2, 0.3) };
         let drive = |patch: usize| {
             let lateral = if patch == 0 { key } else { OTHER };
             let creepage = Creepage { longitudinal: 0.0, lateral, spin: 0.0 };
@@ -83,7 +83,9 @@ fn cycle(balls: &Balls) -> (f64, PeriodicSolution, Vec<num_complex::Complex<f64>
     let n = balls.interface.len();
     let key = 0.02;
     let memory = ContactMemory { reaction: vec![0.0; 3 * n], friction: vec![0.3; n], motions: vec![5e-5; count] };
-    let unit = 0.1;
+    // The motion is measured by three times that sway.
+    let sway = 0.03 / MODES[0];
+    let unit = 3.0 * sway * 35f64.sqrt();
     let mut equations = Equations {
         structure: &structure,
         family: balls,
@@ -101,14 +103,14 @@ fn cycle(balls: &Balls) -> (f64, PeriodicSolution, Vec<num_complex::Complex<f64>
     };
     let mean = |k: usize, load: f64| -0.25 * load * (SHAPE / MODES[k]).powi(2);
     let mut u: Vec<f64> = of([mean(0, 8e3), mean(1, 6e3)]).collect();
-    let sway: Vec<f64> = of([0.03 / MODES[0], 0.0]).collect();
-    u.extend(&sway);
+    let first: Vec<f64> = of([sway, 0.0]).collect();
+    u.extend(&first);
     u.resize(equations.size(), 0.0);
     u.extend([1.0, 0.0]);
     equations.settle(&u).unwrap();
-    let size = sway.iter().map(|s| s * s).sum::<f64>().sqrt();
+    let size = first.iter().map(|s| s * s).sum::<f64>().sqrt();
     let mut row = vec![0.0; u.len()];
-    sway.iter().enumerate().for_each(|(k, s)| row[count + k] = s / size);
+    first.iter().enumerate().for_each(|(k, s)| row[count + k] = s / size);
     let conditions = [equations.phase(&u), Condition { row, reference: u.clone() }];
     let found = equations.correct(u, &conditions, &mut None).unwrap();
     let key = equations.key_of(&found.u);
