@@ -1,7 +1,7 @@
 //! Rules of a wheel that touches its rail at several places, and of a wheelset that touches both rails.
 
 use super::super::model::*;
-use super::super::transient::TransientModel;
+use super::super::transient::{BodyName, TransientModel};
 
 /// Distance of the running circles of the built-in wheelset, m, and by how much a job may miss it.
 const CIRCLES: f64 = 1.5;
@@ -127,6 +127,18 @@ fn check_analyses(job: &Job, contact: &Contact, (key, value): (&str, &str), faul
                      transient on the modes with constant loads and creepages"
                 ));
             }
+        }
+    }
+    let heard = [
+        ("transient", analyses.transient.as_ref().and_then(|t| t.sound_power.as_ref())),
+        ("cycles", analyses.cycles.as_ref().and_then(|c| c.sound_power.as_ref())),
+    ];
+    for (name, sound) in heard {
+        if sound.is_some_and(|s| s.bodies.contains(&BodyName::Lower)) {
+            faults.push(format!(
+                "analyses.{name}.sound_power.bodies: the sound of a rail is that under one contact; expected \
+                 [\"upper\"], the sound of the wheel alone, or contact.{key} = \"one\""
+            ));
         }
     }
     let cycles = analyses.sweep.as_ref().is_some_and(|s| s.cycles.is_some());
