@@ -72,51 +72,43 @@ pub fn script(name: &str, arguments: &[&str]) -> Ran {
 
 /// Processors of the machine, which runs share: no more ranks run at once than there are processors. Ranks that share
 /// them wait for the scheduler at each message, and take up to twenty times as long.
+///
+/// A run begins as soon as there are enough for it: while one waits for several, smaller ones go on. It has its turn at
+/// the latest when no other test is left.
 struct Processors {
     all: usize,
-    queue: Mutex<Queue>,
+    free: Mutex<usize>,
     changed: Condvar,
-}
-
-/// Runs take processors in the order in which they ask for them.
-struct Queue {
-    next: usize,
-    served: usize,
-    free: usize,
 }
 
 static PROCESSORS: LazyLock<Processors> = LazyLock::new(|| {
     let all = std::thread::available_parallelism().map_or(1, usize::from);
-    Processors { all, queue: Mutex::new(Queue { next: 0, served: 0, free: all }), changed: Condvar::new() }
+    Processors { all, free: Mutex::new(all), changed: Condvar::new() }
 });
 
 /// Processors that a run has; they are free again once it is gone.
 struct Share(usize);
 
 impl Processors {
-    fn queue(&self) -> MutexGuard<'_, Queue> {
-        self.queue.lock().unwrap_or_else(PoisonError::into_inner)
+    fn free(&self) -> MutexGuard<'_, usize> {
+        self.free.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Waits for so many processors, or for all where there are fewer.
     fn take(&self, count: usize) -> Share {
         let count = count.min(self.all);
-        let mut queue = self.queue();
-        let ticket = queue.next;
-        queue.next += 1;
-        while queue.served != ticket || queue.free < count {
-            queue = self.changed.wait(queue).unwrap_or_else(PoisonError::into_inner);
+        let mut free = self.free();
+        while *free < count {
+            free = self.changed.wait(free).unwrap_or_else(PoisonError::into_inner);
         }
-        queue.served += 1;
-        queue.free -= count;
-        self.changed.notify_all();
+        *free -= count;
         Share(count)
     }
 }
 
 impl Drop for Share {
     fn drop(&mut self) {
-        PROCESSORS.queue().free += self.0;
+        *PROCESSORS.free() += self.0;
         PROCESSORS.changed.notify_all();
     }
 }
