@@ -210,12 +210,12 @@ def uncertain_curve():
     plt.close(figure)
 
 
-def squeal_branch():
-    """Amplitude and sound of the limit cycles of one mode over the friction."""
+def squeal_branch(name="squeal-branch", key="friction", form=".4f", unit=""):
+    """Amplitude and sound of the limit cycles of one mode over the friction, or another key."""
     KEPT.mkdir(parents=True, exist_ok=True)
-    output = KEPT / "squeal-branch.h5"
+    output = KEPT / f"{name}.h5"
     output.unlink(missing_ok=True)
-    run("squeal-branch.json", {}, output=output, groups=())
+    run(f"{name}.json", {}, output=output, groups=())
     with Result(output) as result:
         found = Branches.from_result(result)
     output.unlink()
@@ -229,7 +229,7 @@ def squeal_branch():
     shown = sorted({*order[::step], order[-1], *special}, key=lambda k: found.key[k])
     rows = [
         [
-            f"{found.key[k]:.4f}",
+            f"{found.key[k]:{form}}",
             f"{found.frequency[k]:.2f}",
             f"{rim[k]:.1f}",
             f"{level[k]:.1f}",
@@ -238,22 +238,29 @@ def squeal_branch():
         ]
         for k in shown
     ]
-    head = ["friction", "frequency, Hz", "rim, mm/s", "sound power, dB(A)", "stick, %", "special point"]
-    put(PAGES / "squeal-branch.md", "squeal-branch", table(head, rows))
+    label = f"{key}, {unit}" if unit else key
+    head = [label, "frequency, Hz", "rim, mm/s", "sound power, dB(A)", "stick, %", "special point"]
+    put(PAGES / f"{name}.md", name, table(head, rows))
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.2, 3.0), layout="constrained")
     drawn = ((left, rim, "lateral velocity of the rim / (mm/s)"), (right, level, "sound power / dB(A)"))
-    for axes, values, name in drawn:
+    for axes, values, quantity in drawn:
         axes.plot(found.key[order], values[order], marker="o", markersize=4, color=COLOURS[2])
         axes.axvline(found.onset_key[0], color="#bbbbbb", linewidth=1)
-        axes.set_xlabel("friction (line: threshold of rest)")
-        axes.set_ylabel(name)
-    plt.rcParams["svg.hashsalt"] = "squeal-branch"
-    figure.savefig(PAGES / "squeal-branch.svg", metadata={"Date": None})
+        axes.set_xlabel(f"{label.replace(', ', ' / ')} (line: threshold of rest)")
+        axes.set_ylabel(quantity)
+    plt.rcParams["svg.hashsalt"] = name
+    figure.savefig(PAGES / f"{name}.svg", metadata={"Date": None})
     plt.close(figure)
+
+
+def squeal_over_radius():
+    """The same over the radius of the curve."""
+    squeal_branch("squeal-over-radius", "radius", ".1f", "m")
 
 
 def worked():
     """All of them."""
-    for example in (damped_wheel, friction_modifier, worn_wheel, sleeper_bay, uncertain_curve, squeal_branch):
+    examples = (damped_wheel, friction_modifier, worn_wheel, sleeper_bay, uncertain_curve, squeal_branch)
+    for example in (*examples, squeal_over_radius):
         example()
     return {}

@@ -132,8 +132,8 @@ fn default_march() -> Cycles {
 }
 
 impl Job {
-    /// The value of a key that a branch may go along, `contact.…` or `curve.radius`; none where it is not there or is no
-    /// number.
+    /// The value of a key that a branch may go along, `contact.…` or `curve.radius`; none where it is not there or is
+    /// no number.
     pub fn branch_number(&self, key: &str) -> Option<f64> {
         if key == RADIUS {
             return self.curve.as_ref().map(|c| c.radius);

@@ -194,6 +194,51 @@ fn a_branch_over_the_load_ends_with_its_range() {
     }
 }
 
+/// Over the radius creepages and loads are those of the vehicle: at the radius of the job its cycle over the friction,
+/// at another one that of a job with this radius, but for its place of contact.
+#[test]
+fn a_branch_over_the_radius_has_the_creepages_of_the_curve() {
+    let job = |cycles: Value| {
+        let mut job = super::program::job("wheel-on-rail.json");
+        let mut cycles = cycles;
+        for (key, value) in [
+            ("most", json!(3)),
+            ("harmonics", json!(3)),
+            ("samples", json!(80)),
+            ("stability", json!(false)),
+            ("starts", json!({ "modes": 1 })),
+        ] {
+            cycles[key] = value;
+        }
+        job["analyses"] = json!({ "modes": { "max_frequency": 400 }, "stability": {}, "cycles": cycles });
+        job["output"] = json!({ "fields": false });
+        job
+    };
+    let folder = Folder::with(job(json!({ "along": "curve.radius", "from": 95, "to": 105 })).to_string());
+    let ran = folder.call(2, "run", &[]);
+    for part in ["limit cycles over curve.radius", "33 equilibria of the vehicle between 95.0 and 105.0 m"] {
+        assert!(ran.good().out.contains(part), "{part:?} is not in\n{}", ran.out);
+    }
+    let beside = Folder::with(job(json!({ "along": "contact.friction", "from": 0.39, "to": 0.41 })).to_string());
+    beside.call(1, "run", &[]).good();
+    let start = |folder: &Folder| {
+        let file = open(folder.path("job.h5"));
+        let at = file.dataset("cycles/start").and_then(|d| d.read_raw::<i64>()).expect("start")[0] as usize;
+        ["key", "frequency", "kinetic", "normal"].map(|name| {
+            let all = file.dataset(&format!("cycles/{name}")).and_then(|d| d.read_raw::<f64>()).expect("numbers");
+            all[if name == "normal" { 2 * at } else { at }]
+        })
+    };
+    let (over_radius, over_friction) = (start(&folder), start(&beside));
+    assert!((over_radius[0] - 100.0).abs() < 1e-9 && (over_friction[0] - 0.4).abs() < 1e-12);
+    for (a, b) in over_radius[1..].iter().zip(&over_friction[1..]) {
+        assert!((a / b - 1.0).abs() < 1e-3, "{over_radius:?} {over_friction:?}");
+    }
+    let mut other = super::program::job("squeal-branch.json");
+    other["analyses"]["cycles"]["along"] = json!("curve.radius");
+    Folder::with(other.to_string()).call(1, "check", &[]).failed(2, &["analyses.cycles.along", "curve.radius"]);
+}
+
 #[test]
 fn what_no_branch_can_follow_is_refused() {
     let refused = |change: Value, code: i32, parts: &[&str]| {

@@ -47,7 +47,7 @@ impl CurveTable {
     }
 
     /// `job` with its contacts as they are in a curve of this radius, m.
-    pub(super) fn at(&self, job: &Job, radius: f64) -> Result<Job> {
+    pub(super) fn job_at(&self, job: &Job, radius: f64) -> Result<Job> {
         let refused = |why: String| Error::Job(format!("analyses.cycles, at curve.radius = {radius}: {why}"));
         let place = (1.0 / radius - self.first) / self.step;
         // Rounding may lead beyond the ends.

@@ -41,7 +41,7 @@ impl<'a> Search<'a> {
     /// The job at a value of the key.
     pub(super) fn job_at(&self, key: f64) -> Result<Job> {
         match self.curve {
-            Some(curve) => curve.at(self.job, key),
+            Some(curve) => curve.job_at(self.job, key),
             None if self.job.branch_number(&self.wanted.along) == Some(key) => Ok(self.job.clone()),
             None => self.job.with_contact_number(&self.wanted.along, key),
         }
