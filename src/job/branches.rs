@@ -192,8 +192,8 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
     let fits = |k: &str| key == k || key.strip_prefix(k).is_some_and(|r| k.ends_with('.') || r.starts_with('.'));
     if !KEYS.iter().any(|k| fits(k)) {
         faults.push(format!(
-            "{path}.along: found \"{key}\", expected a key that keeps modes and mesh: contact.friction, a number of \
-             its law, contact.creepage.longitudinal, .lateral or .spin, contact.normal_load, .approach, .speed, or \
+            "{path}.along: found \"{key}\", expected a key that keeps modes and mesh: of contact friction, a number of \
+             its law, creepage.longitudinal, creepage.lateral, creepage.spin, normal_load, approach or speed; or \
              curve.radius"
         ));
         return faults;
