@@ -208,7 +208,8 @@ fn mistakes_about_both_wheels_are_told() {
     told(
         &|job| {
             job["analyses"]["creep_curve"] = json!({ "key": "lateral", "values": [0, 0.01] });
-            job["analyses"]["cycles"] = json!({ "along": "contact.friction", "from": 0.1, "to": 0.5 });
+            job["analyses"]["cycles"] =
+                json!({ "along": "contact.friction", "from": 0.1, "to": 0.5, "sound_power": {} });
             let distribution = json!({ "normal": { "mean": 0.4, "deviation": 0.02 } });
             job["analyses"]["uncertainty"] =
                 json!({ "inputs": [{ "key": "contact.friction", "distribution": distribution }], "samples": 8 });
@@ -219,7 +220,7 @@ fn mistakes_about_both_wheels_are_told() {
         },
         &[
             "creep_curve: takes one contact; expected contact.wheels = \"one\"",
-            "cycles: takes one contact; expected contact.wheels = \"one\", or a job with modes, steady, stability",
+            "analyses.cycles.sound_power.bodies: the sound of a rail is that under one contact",
             "uncertainty: takes one contact; expected contact.wheels = \"one\", or a job with modes",
             "found running circles 1.54 m apart",
             "contact.placement.touch_near: names one place",
