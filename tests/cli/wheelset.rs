@@ -220,6 +220,7 @@ fn mistakes_about_both_wheels_are_told() {
         },
         &[
             "creep_curve: takes one contact; expected contact.wheels = \"one\"",
+            "analyses.cycles: the wheelset turns about its axle without stiffness",
             "analyses.cycles.sound_power.bodies: the sound of a rail is that under one contact",
             "uncertainty: takes one contact; expected contact.wheels = \"one\", or a job with modes",
             "found running circles 1.54 m apart",

@@ -129,6 +129,13 @@ fn check_analyses(job: &Job, contact: &Contact, (key, value): (&str, &str), faul
             }
         }
     }
+    if contact.wheels == ContactWheels::Both && analyses.cycles.is_some() {
+        faults.push(
+            "analyses.cycles: the wheelset turns about its axle without stiffness, so that the mean of this motion \
+             does not follow from the forces; expected contact.wheels = \"one\" and a wheel whose bore is fixed"
+                .into(),
+        );
+    }
     let heard = [
         ("transient", analyses.transient.as_ref().and_then(|t| t.sound_power.as_ref())),
         ("cycles", analyses.cycles.as_ref().and_then(|c| c.sound_power.as_ref())),
