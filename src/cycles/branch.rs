@@ -376,7 +376,7 @@ impl Walk<'_, '_, '_> {
         let key = self.equations.key_of(&found.u);
         let multipliers = match self.extent.stability {
             true => {
-                let conditions = self.equations.family.at(key)?;
+                let conditions = self.equations.family.conditions(key)?;
                 let resolution = self.equations.resolution;
                 Some(multipliers(self.equations.structure, &conditions, &found.cycle, resolution)?)
             }

@@ -15,7 +15,7 @@ use faer::Mat;
 /// Dependence on the key.
 pub trait Family {
     /// Conditions at the value `key`; an error where the model does not hold there, whose text ends the branch.
-    fn at(&self, key: f64) -> Result<Conditions>;
+    fn conditions(&self, key: f64) -> Result<Conditions>;
 
     /// True if the key is the growth rate of the motion, 1/s; that of cycles is 0.
     fn is_growth(&self) -> bool {
@@ -100,7 +100,7 @@ impl<'a> Equations<'_, 'a> {
     /// The march at `u`.
     pub(super) fn march(&mut self, u: &[f64]) -> Result<Marched> {
         let key = self.key_of(u);
-        let conditions = self.family.at(key)?;
+        let conditions = self.family.conditions(key)?;
         let (n, omega) = (self.size(), self.omega_of(u));
         self.marches += 1;
         let mut balance = self.balance(&conditions, key)?;
@@ -136,7 +136,7 @@ impl<'a> Equations<'_, 'a> {
     pub(super) fn derivatives(&mut self, u: &[f64]) -> Result<ContactJacobian> {
         let force = self.march(u)?.coefficients;
         let (n, omega, key) = (self.size(), self.omega_of(u), self.key_of(u));
-        let conditions = self.family.at(key)?;
+        let conditions = self.family.conditions(key)?;
         let memory = self.memory.clone();
         let mut derivative = Mat::zeros(n, n + 2);
         let mut balance = self.balance(&conditions, key)?;
@@ -164,9 +164,9 @@ impl<'a> Equations<'_, 'a> {
         let force = self.march(&u)?.coefficients;
         let by = DIFFERENCE[1];
         // On the other side where the model does not hold on the first.
-        let (by, beside) = match self.family.at(key + self.key[1] * by) {
+        let (by, beside) = match self.family.conditions(key + self.key[1] * by) {
             Ok(conditions) => (by, conditions),
-            Err(_) => (-by, self.family.at(key - self.key[1] * by)?),
+            Err(_) => (-by, self.family.conditions(key - self.key[1] * by)?),
         };
         let found = self.balance(&beside, key + self.key[1] * by)?.march(&u[..n], omega, &self.memory)?.coefficients;
         (0..n).for_each(|i| contact.derivative[(i, n + 1)] = (found[i] - force[i]) / by);

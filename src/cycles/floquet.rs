@@ -3,11 +3,12 @@
 //! Few modes are followed themselves; of many, and where the contact remembers more than a period, the contact is
 //! linearised and closed through the modes (`hill`).
 //!
-//! A small change of every modal displacement and velocity at phase zero is followed through two periods by the
-//! linearised steps of the transient. The contact has no part of its own in the state that is changed, so that with the
-//! blocks of the monodromy matrix for modes (y) and contact (c) these are M₁ = Φ_yy and M₂ = Φ_yy² + Φ_yc Φ_cy. The
-//! contact forgets within a period what it knew before, Φ_cc Φ_cy = 0, and eigenvalues obey
-//! (μ² − μ M₁ − (M₂ − M₁²)) y = 0.
+//! A small change of every modal displacement and velocity y at phase zero is followed through a period by the
+//! linearised steps of the transient: y makes Φ_yy y of itself and leaves Φ_cy y in the contact. This is U z with few
+//! independent changes U of the contact (a singular value decomposition), which are followed through a period as well.
+//! The contact forgets within a period what it knew before, Φ_cc Φ_cy = 0, and multipliers are the eigenvalues of
+//!
+//! y⁺ = Φ_yy y + Φ_yc U z,   z⁺ = U⁻¹ Φ_cy y
 
 use super::balance::{Balance, Conditions, PeriodicSolution, Resolution, Structure};
 use super::hill::multipliers_near_the_circle;
@@ -84,7 +85,7 @@ pub(super) fn through_kernel(
     sorted(multipliers_near_the_circle(structure, conditions, cycle, resolution)?)
 }
 
-/// Multipliers from the monodromy matrix of all modes, each of which is followed for two periods.
+/// Multipliers from the monodromy matrix of all modes.
 pub(super) fn through_modes(
     structure: &Structure<'_>,
     conditions: &Conditions,
@@ -123,27 +124,26 @@ pub(super) fn through_modes(
         })
     };
     let mut changes = StateChanges::of_modes(&stepper, unit(0), unit(1));
-    let mut powers = Vec::new();
-    for _ in 0..2 {
-        for _ in 0..samples {
-            stepper.advance_modes_with(&mut changes)?;
-        }
+    let follow = |stepper: &mut Stepper<'_>, changes: &mut StateChanges| -> Result<Mat<f64>> {
+        (0..samples).try_for_each(|_| stepper.advance_modes_with(changes))?;
         let [q, v] = changes.modes();
-        powers.push(Mat::from_fn(2 * m, 2 * m, |i, column| match i < m {
+        Ok(Mat::from_fn(2 * m, q.ncols(), |i, column| match i < m {
             true => weight(i) * q[(i, column)],
             false => v[(i - m, column)],
-        }));
-    }
-    let [one, two] = &powers[..] else { return Err(Error::Defect("limit cycles: two periods".into())) };
-    let rest = two - one * one;
+        }))
+    };
+    let own = follow(&mut stepper, &mut changes)?;
+    let mut kept = changes.kept_by_the_contact(&stepper)?;
+    let later = follow(&mut stepper, &mut kept.changes)?;
     let n = 2 * m;
-    let companion = Mat::from_fn(2 * n, 2 * n, |i, j| match (i < n, j < n) {
-        (true, true) => one[(i, j)],
-        (true, false) => rest[(i, j - n)],
-        (false, true) => f64::from(u8::from(i - n == j)),
+    let size = n + kept.parts.nrows();
+    let monodromy = Mat::from_fn(size, size, |i, j| match (i < n, j < n) {
+        (true, true) => own[(i, j)],
+        (true, false) => later[(i, j - n)],
+        (false, true) => kept.parts[(i - n, j)],
         (false, false) => 0.0,
     });
-    let all = companion.eigenvalues().map_err(|e| {
+    let all = monodromy.eigenvalues().map_err(|e| {
         Error::NotConverged(format!("limit cycles: the eigenvalues of the monodromy matrix were not found ({e:?})"))
     })?;
     sorted(all)

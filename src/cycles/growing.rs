@@ -16,7 +16,7 @@ use crate::{Error, Result};
 pub struct GrowingMotion(pub Conditions);
 
 impl Family for GrowingMotion {
-    fn at(&self, _key: f64) -> Result<Conditions> {
+    fn conditions(&self, _key: f64) -> Result<Conditions> {
         Ok(self.0.clone())
     }
 

@@ -8,9 +8,10 @@
 //!
 //! a = Σ_j p_j η_j + K φ,   η_j⁺ = E_j η_j + q_jᵀ φ
 //!
-//! Multipliers μ are the eigenvalues of this map. They are found sector by sector of the unit circle by Arnoldi's
-//! method on the inverse about a point of it (Y. Saad, Numerical Methods for Large Eigenvalue Problems, 2nd ed., 2011):
-//! eliminating all but a leaves one dense system of the size of a for each point.
+//! Multipliers μ are the eigenvalues of this map. A small map is written out as a real matrix. Of a large one, those of
+//! a contact that remembers many periods, they are found sector by sector of the unit circle by Arnoldi's method on the
+//! inverse about a point of it (Y. Saad, Numerical Methods for Large Eigenvalue Problems, 2nd ed., 2011): eliminating
+//! all but a leaves one dense system of the size of a for each point.
 
 use super::balance::{Balance, Conditions, PeriodicSolution, Resolution, Structure};
 use super::kernel::window;
@@ -21,6 +22,8 @@ use std::f64::consts::PI;
 
 type C = num_complex::Complex<f64>;
 
+/// Largest dimension of a map that is written out.
+const WRITTEN: usize = 800;
 /// Largest dimension of the subspaces.
 const SUBSPACE: usize = 80;
 /// Residual of an eigenvalue of the inverse, relative to it.
@@ -31,7 +34,7 @@ const HALVINGS: usize = 7;
 /// A multiplier is real whose imaginary part is below this part of it.
 const REAL: f64 = 1e-8;
 
-/// All multipliers of `cycle` near the unit circle, one of each pair, that of the phase included.
+/// All multipliers of `cycle` near the unit circle, at least one of each pair, that of the phase included.
 pub(super) fn multipliers_near_the_circle(
     structure: &Structure<'_>,
     conditions: &Conditions,
@@ -43,17 +46,16 @@ pub(super) fn multipliers_near_the_circle(
     let mut balance = Balance::new(structure, conditions, resolution, 1.0, &cycle.contact)?;
     let kernel = balance.kernel(cycle, &window)?;
     let closed = Closed::new(structure, cycle, (&window, multiples), kernel);
-    let mut found = Vec::new();
-    let width = PI / SECTORS as f64;
-    for sector in 0..SECTORS {
-        closed.sector([sector as f64 * width, (sector + 1) as f64 * width], HALVINGS, &mut found)?;
+    match closed.size() <= WRITTEN {
+        true => closed.all(),
+        false => closed.near_the_circle(),
     }
-    Ok(found)
 }
 
 /// The map of a period.
 struct Closed {
-    /// E of each mode.
+    /// λ of each mode, 1/s, and E.
+    exponent: Vec<C>,
     factor: Vec<C>,
     /// p, `[r d, modes]`, and q, `[modes, r d]`.
     motion: Mat<C>,
@@ -91,7 +93,7 @@ impl Closed {
         // Motion within a period, summed over the modes as products of two matrices.
         let mut shapes = Mat::zeros(r * r, poles.len());
         let mut courses = Mat::zeros(poles.len(), d * d);
-        let (mut factor, mut motions, mut gains) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut exponent, mut factor, mut motions, mut gains) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (j, (lambda, x, y)) in poles.iter().enumerate() {
             let half = 0.5 * h * lambda;
             let (e, g) = ((1.0 + half) / (1.0 - half), 0.5 * h / (1.0 - half));
@@ -118,6 +120,7 @@ impl Closed {
                 (0..samples).map(|n| (1.0 + e) * g * e.powu((samples - 1 - n) as u32) * window[(n, k)]).sum::<C>()
             };
             let (free, own): (Vec<C>, Vec<C>) = ((0..d).map(free).collect(), (0..d).map(own).collect());
+            exponent.push(*lambda);
             factor.push(e.powu(samples as u32));
             motions.push((0..r * d).map(|k| x[k / d] * free[k % d]).collect::<Vec<C>>());
             gains.push((0..r * d).map(|k| y[k / d] * own[k % d]).collect::<Vec<C>>());
@@ -126,10 +129,80 @@ impl Closed {
         Self {
             motion: Mat::from_fn(r * d, factor.len(), |i, j| motions[j][i]),
             gain: Mat::from_fn(factor.len(), r * d, |j, i| gains[j][i]),
+            exponent,
             factor,
             within: Mat::from_fn(r * d, r * d, |i, k| sum[((i / d) * r + k / d, (i % d) * d + k % d)]),
             kernel,
         }
+    }
+
+    /// Dimension of the map: modes, and motions of the periods before.
+    fn size(&self) -> usize {
+        self.factor.len() + (self.kernel.len() - 1) * self.within.nrows()
+    }
+
+    /// The map as a real matrix. Of a pair of conjugate modes it has the real and the imaginary part of the amplitude
+    /// of one, η = u + iv; a = (1 − K A_0)⁻¹ (p η + K Σ_{l>0} A_l a_l).
+    fn written(&self) -> Mat<f64> {
+        let n = self.within.nrows();
+        let delays = self.kernel.len() - 1;
+        let oscillates = |j: usize| self.exponent[j].im > 0.0;
+        let parts: Vec<(usize, bool)> = (0..self.exponent.len())
+            .filter(|&j| self.exponent[j].im >= 0.0)
+            .flat_map(|j| [(j, false), (j, true)].into_iter().take(1 + usize::from(oscillates(j))))
+            .collect();
+        let m = parts.len();
+        let part = |of: C, imaginary: bool| if imaginary { of.im } else { of.re };
+        let within = Mat::from_fn(n, n, |i, k| self.within[(i, k)].re);
+        // φ without what a makes, by the modes and by the motions before.
+        let before = |i: usize, k: usize| self.kernel[1 + k / n][(i, k % n)];
+        let earlier = Mat::from_fn(n, m + delays * n, |i, k| if k < m { 0.0 } else { before(i, k - m) });
+        let mut free = &within * &earlier;
+        for (k, &(j, imaginary)) in parts.iter().enumerate() {
+            let paired = if oscillates(j) { 2.0 } else { 1.0 };
+            // Re(p (u + iv)) = Re p u − Im p v.
+            let sign = if imaginary { -1.0 } else { 1.0 };
+            (0..n).for_each(|i| free[(i, k)] = paired * sign * part(self.motion[(i, j)], imaginary));
+        }
+        let own = &within * &self.kernel[0];
+        let system = Mat::from_fn(n, n, |i, k| f64::from(u8::from(i == k)) - own[(i, k)]);
+        let motion = system.partial_piv_lu().solve(free);
+        let force = &self.kernel[0] * &motion + earlier;
+        let gain = Mat::from_fn(m, n, |k, i| part(self.gain[(parts[k].0, i)], parts[k].1));
+        let gained = gain * force;
+        Mat::from_fn(m + delays * n, m + delays * n, |row, k| match row.checked_sub(m) {
+            None => {
+                let ((j, imaginary), e) = (parts[row], self.factor[parts[row].0]);
+                let own = match parts.get(k) {
+                    Some(&(i, other)) if i == j => match (imaginary, other) {
+                        (false, true) => -e.im,
+                        (true, false) => e.im,
+                        _ => e.re,
+                    },
+                    _ => 0.0,
+                };
+                own + gained[(row, k)]
+            }
+            Some(row) if row < n => motion[(row, k)],
+            Some(row) => f64::from(u8::from(k + n == row + m)),
+        })
+    }
+
+    /// All multipliers of a map that is written out.
+    fn all(&self) -> Result<Vec<C>> {
+        self.written().eigenvalues().map_err(|e| {
+            Error::NotConverged(format!("limit cycles: the multipliers of the period were not found ({e:?})"))
+        })
+    }
+
+    /// Multipliers near the unit circle, without those of negative imaginary part.
+    fn near_the_circle(&self) -> Result<Vec<C>> {
+        let mut found = Vec::new();
+        let width = PI / SECTORS as f64;
+        for sector in 0..SECTORS {
+            self.sector([sector as f64 * width, (sector + 1) as f64 * width], HALVINGS, &mut found)?;
+        }
+        Ok(found)
     }
 
     /// Multipliers between two angles.
@@ -175,12 +248,6 @@ impl Closed {
 }
 
 impl Shifted<'_> {
-    /// Dimension of the map: modes, and motions of the periods before.
-    fn size(&self) -> usize {
-        let c = self.closed;
-        c.factor.len() + (c.kernel.len() - 1) * c.within.nrows()
-    }
-
     /// (map − shift)⁻¹ of `b`.
     fn solve(&self, b: &[C]) -> Vec<C> {
         let c = self.closed;
@@ -214,7 +281,7 @@ impl Shifted<'_> {
 
     /// Multipliers nearest to the shift, and the distance up to which none is missing.
     fn eigenvalues(&self) -> Result<(Vec<C>, f64)> {
-        let size = self.size();
+        let size = self.closed.size();
         let most = SUBSPACE.min(size);
         let product = |a: &[C], b: &[C]| a.iter().zip(b).map(|(a, b)| a.conj() * b).sum::<C>();
         let norm = |a: &[C]| a.iter().map(|a| a.norm_sqr()).sum::<f64>().sqrt();
@@ -276,5 +343,46 @@ impl Shifted<'_> {
 fn column_end(columns: &mut [Vec<C>], k: usize, beyond: f64) {
     if let Some(column) = columns.get_mut(k) {
         column.push(C::new(beyond, 0.0));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Two pairs of modes and one that does not oscillate under a contact that remembers two periods.
+    #[test]
+    fn both_ways_have_the_same_multipliers() {
+        let (n, exponent) = (3, [C::new(-1.0, 9.0), C::new(-1.0, -9.0), C::new(-0.3, 0.0), C::new(0.1, 2.0)]);
+        let exponent: Vec<C> = exponent.into_iter().chain([C::new(0.1, -2.0)]).collect();
+        let wave = |k: usize| (1.7 * k as f64 + 0.4 * (k * k) as f64).sin();
+        // Conjugate modes have conjugate motions.
+        let vector = |start: usize| -> Mat<C> {
+            Mat::from_fn(n, exponent.len(), |i, j| {
+                let at = |k: usize| wave(start + 20 * i + k);
+                match j {
+                    2 => C::new(at(4), 0.0),
+                    _ => C::new(at(2 * (j / 3)), if j % 3 == 0 { at(2 * (j / 3) + 1) } else { -at(2 * (j / 3) + 1) }),
+                }
+            })
+        };
+        let gain = vector(100);
+        let closed = Closed {
+            factor: exponent.iter().map(|e| (0.2 * e).exp()).collect(),
+            motion: vector(0),
+            gain: Mat::from_fn(exponent.len(), n, |j, i| gain[(i, j)]),
+            within: Mat::from_fn(n, n, |i, k| C::new(0.3 * wave(200 + 7 * i + k), 0.0)),
+            kernel: (0..3).map(|l| Mat::from_fn(n, n, |i, k| 0.4 * wave(300 + 50 * l + 7 * i + k))).collect(),
+            exponent,
+        };
+        let written: Vec<C> = closed.all().unwrap().into_iter().filter(|v| v.im >= 0.0).collect();
+        let found = closed.near_the_circle().unwrap();
+        assert!(found.len() >= 6 && written.iter().any(|v| v.norm() > 1.0), "{found:?}");
+        for value in &found {
+            let apart = written.iter().map(|v| (v - value).norm()).fold(f64::INFINITY, f64::min);
+            assert!(apart < 1e-9 * value.norm(), "{value} {written:?}");
+        }
+        let large = |of: &[C]| of.iter().filter(|v| v.norm() > 1e-3).count();
+        assert_eq!(large(&written), large(&found), "{written:?} {found:?}");
     }
 }

@@ -256,6 +256,15 @@ fn what_no_branch_can_follow_is_refused() {
     refused(json!({ "from": 0.015 }), 2, &["analyses.cycles.from, to", "0.015 to 0.02", "0.014"]);
     refused(json!({ "samples": 32, "harmonics": 8 }), 2, &["analyses.cycles.samples", "found 32", "8 harmonics"]);
     refused(json!({ "march": { "theta": 0.6 } }), 2, &["analyses.cycles.march.theta", "0.6", "0.5"]);
+    // Contact points of matrices: no key of theirs, and not without stability.
+    let points = concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/belt.json");
+    let analyses = json!({
+        "modes": { "count": 2 },
+        "cycles": { "along": "contact.points.0.slip_velocity", "from": 0.02, "to": 0.3, "most": 3 }
+    });
+    let set = format!("analyses={analyses}");
+    railsqueal(1, &["check", points, "--set", &set])
+        .failed(2, &["analyses.stability: missing", "analyses.cycles.along"]);
     let mut stable = job(quick());
     stable["contact"]["creepage"]["lateral"] = json!(0.0041);
     let folder = Folder::with(stable.to_string());

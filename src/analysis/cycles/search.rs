@@ -25,7 +25,7 @@ pub(super) struct Search<'a> {
 }
 
 impl Family for Search<'_> {
-    fn at(&self, key: f64) -> Result<Conditions> {
+    fn conditions(&self, key: f64) -> Result<Conditions> {
         let job = self.job_at(key)?;
         range(&job)?;
         let transient = self.transient()?;

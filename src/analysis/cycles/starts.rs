@@ -227,7 +227,12 @@ impl Walker<'_, '_> {
         }
         let key = equations.key_of(&found.u);
         let values = match self.search.wanted.stability {
-            true => Some(multipliers(self.structure, &self.search.at(key)?, &found.cycle, self.search.resolution())?),
+            true => Some(multipliers(
+                self.structure,
+                &self.search.conditions(key)?,
+                &found.cycle,
+                self.search.resolution(),
+            )?),
             false => None,
         };
         let Some(contact) = contact else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
@@ -244,7 +249,7 @@ impl Walker<'_, '_> {
     /// `resolution` given.
     fn grown(&self, key: f64, mode: usize, resolution: Resolution) -> Result<Guess> {
         let (Guess { z, scale: [unit, omega, _], memory, .. }, rate) = self.small_motion(key, mode, resolution)?;
-        let motions = GrowingMotion(self.search.at(key)?);
+        let motions = GrowingMotion(self.search.conditions(key)?);
         let mut equations = self.equations([unit, omega, rate], memory);
         (equations.family, equations.resolution) = (&motions, resolution);
         equations.key = [rate, rate];

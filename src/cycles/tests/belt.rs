@@ -51,7 +51,7 @@ fn equations<'e, 'a>(
     resolution: Resolution,
     v: f64,
 ) -> Equations<'e, 'a> {
-    let mu = belt.at(v).unwrap().settings.friction.coefficient(v);
+    let mu = belt.conditions(v).unwrap().settings.friction.coefficient(v);
     let memory =
         ContactMemory { reaction: vec![-mu * LOAD, 0.0, LOAD], friction: vec![mu], motions: vec![LOAD * SOFT] };
     // The motion is measured by that whose velocity is that of the belt.
@@ -63,7 +63,7 @@ fn equations<'e, 'a>(
 fn smooth(equations: &mut Equations<'_, '_>, amplitude: f64) -> (f64, Vec<f64>, PeriodicSolution, ContactJacobian) {
     let r = equations.structure.rank();
     let v = equations.key[0];
-    let mu = equations.family.at(v).unwrap().settings.friction.coefficient(v);
+    let mu = equations.family.conditions(v).unwrap().settings.friction.coefficient(v);
     let mut u = vec![0.0; equations.size() + 2];
     // Mean displacement, and a cosine: what acts at the contact is the sum of the modes.
     let stiffness: f64 = equations.structure.model.omega.iter().map(|w| 1.0 / (w * w)).sum::<f64>();
@@ -96,7 +96,7 @@ fn in_cycle<'a>(belt: &Belt, model: Model<'a>, v: f64, cycle: &PeriodicSolution,
         energy: Energy::default(),
     };
     let step = 2.0 * PI / (cycle.omega * cycle.contacts[0].force.len() as f64);
-    let settings = Settings { scheme: Scheme { step, theta: 0.5 }, ..belt.at(v).unwrap().settings };
+    let settings = Settings { scheme: Scheme { step, theta: 0.5 }, ..belt.conditions(v).unwrap().settings };
     Stepper::new(model, settings, state).unwrap()
 }
 
@@ -108,7 +108,7 @@ fn marching_leaves_an_unstable_cycle_at_the_rate_of_its_multiplier() {
     let mut equations = equations(&belt, &structure, RESOLUTION, onset());
     let (v, _, cycle, _) = smooth(&mut equations, 0.3);
     assert!(v > onset() && v < 0.64, "{v}");
-    let conditions = belt.at(v).unwrap();
+    let conditions = belt.conditions(v).unwrap();
     let found = through_modes(&structure, &conditions, &cycle, RESOLUTION.samples).unwrap();
     let told = found.values[0];
     assert!(told.re > 1.001 && told.im == 0.0 && (found.phase - 1.0).norm() < 1e-6, "{found:?}");
@@ -153,7 +153,7 @@ fn marching_stays_in_a_stable_cycle() {
     let structure = Structure::new(model.clone()).unwrap();
     let v = 0.62;
     let cycle = with_stick(&belt, (&structure, &model), RESOLUTION, v);
-    let values = multipliers(&structure, &belt.at(v).unwrap(), &cycle, RESOLUTION).unwrap();
+    let values = multipliers(&structure, &belt.conditions(v).unwrap(), &cycle, RESOLUTION).unwrap();
     assert!(values.is_stable(), "{values:?}");
     let mut stepper = in_cycle(&belt, model, v, &cycle, 1e-2);
     let mut energy = Vec::new();
@@ -195,7 +195,7 @@ fn kernel_is_the_derivative_of_the_contact_forces() {
     let resolution = Resolution { harmonics: 6, samples: 100 };
     let (v, u, cycle, _) = smooth(&mut equations(&belt, &structure, resolution, onset()), 0.3);
     let window = window(resolution.samples, 7.0).unwrap();
-    let conditions = belt.at(v).unwrap();
+    let conditions = belt.conditions(v).unwrap();
     let mut balance = Balance::new(&structure, &conditions, resolution, 1.0, &cycle.contact).unwrap();
     let kernel = balance.kernel(&cycle, &window).unwrap();
     // A periodic change is the same in every period.
@@ -238,7 +238,7 @@ fn with_second_mode(frequency: f64, damping: f64) -> (Vec<BranchPoint>, Modes) {
     let resolution = Resolution { harmonics: 6, samples: 240 };
     let mut equations = equations(&belt, &structure, resolution, onset());
     let (key, u, cycle, contact) = smooth(&mut equations, 0.1);
-    let values = multipliers(&structure, &belt.at(key).unwrap(), &cycle, resolution).unwrap();
+    let values = multipliers(&structure, &belt.conditions(key).unwrap(), &cycle, resolution).unwrap();
     let start = BranchPoint { key, u, cycle, multipliers: Some(values), special: None };
     let extent = BranchExtent { range: [0.3, 0.64], most: 40, longest: 0.1, located: Some(1e-6), stability: true };
     let mut branch = BranchState::new(start, contact, true, &extent);
@@ -288,9 +288,9 @@ fn second_mode_makes_a_torus_or_a_flip() {
 struct Slow(Belt, f64);
 
 impl Family for Slow {
-    fn at(&self, key: f64) -> crate::Result<Conditions> {
+    fn conditions(&self, key: f64) -> crate::Result<Conditions> {
         match key <= self.1 {
-            true => self.0.at(key),
+            true => self.0.conditions(key),
             false => Err(crate::Error::Job(format!("the belt is not faster than {} m/s", self.1))),
         }
     }
@@ -373,7 +373,7 @@ fn node_first_opens_where_the_motion_takes_back_the_approach() {
     let resolution = Resolution { harmonics: 8, samples: 240 };
     let mut equations = equations(&belt, &structure, resolution, onset());
     // With the normal force p − lean q/SOFT friction and pressure on the mode have a part of q.
-    let mu = belt.at(onset()).unwrap().settings.friction.coefficient(onset());
+    let mu = belt.conditions(onset()).unwrap().settings.friction.coefficient(onset());
     equations.omega = (OMEGA * OMEGA - (mu - lean) * lean / SOFT).sqrt();
     let (key, u, cycle, contact) = smooth(&mut equations, 0.1);
     let start = BranchPoint { key, u, cycle, multipliers: None, special: None };
@@ -408,7 +408,7 @@ fn growing_motions_lead_to_the_cycle_that_is_marched_to() {
     let marched = with_stick(&belt, (&structure, &model), RESOLUTION, v);
     let slope = 0.2 / FALL * (-v / FALL).exp();
     let rate = 0.5 * (LOAD * slope - DAMPING);
-    let motions = GrowingMotion(belt.at(v).unwrap());
+    let motions = GrowingMotion(belt.conditions(v).unwrap());
     let mut equations =
         Equations { family: &motions, key: [rate, rate], ..equations(&belt, &structure, RESOLUTION, v) };
     let mu = motions.0.settings.friction.coefficient(v);
@@ -435,7 +435,7 @@ fn jacobian_is_the_derivative_of_the_equations() {
     let resolution = Resolution { harmonics: 6, samples: 120 };
     let mut equations = equations(&belt, &structure, resolution, onset());
     let (v, u, ..) = smooth(&mut equations, 0.2);
-    let motions = GrowingMotion(belt.at(v).unwrap());
+    let motions = GrowingMotion(belt.conditions(v).unwrap());
     let mut equations = Equations { family: &motions, key: [5.0, 1.0], ..equations };
     let (n, mut u) = (equations.size(), u);
     u[n + 1] = 0.0;

@@ -123,7 +123,7 @@ fn slip_by_slip(time: f64) -> [f64; 3] {
 struct Belts(Interface);
 
 impl Family for Belts {
-    fn at(&self, _key: f64) -> crate::Result<Conditions> {
+    fn conditions(&self, _key: f64) -> crate::Result<Conditions> {
         let settings = Settings {
             scheme: Scheme { step: 1e-5, theta: 0.5 },
             friction: FrictionLaw::Constant(FRICTION),
@@ -166,7 +166,7 @@ fn cycle(along: f64, fine: Resolution) -> ([f64; 3], bool) {
         load: &[],
     };
     let structure = Structure::new(model.clone()).unwrap();
-    let conditions = belts.at(0.0).unwrap();
+    let conditions = belts.conditions(0.0).unwrap();
     let p = SPRINGS.map(|k| k * PRESSED);
     let reaction = [-FRICTION * p[0], 0.0, p[0], -FRICTION * p[1], 0.0, p[1]];
     let mut rest = State::at_rest(&model, &reaction, &[PRESSED]);

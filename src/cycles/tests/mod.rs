@@ -56,7 +56,7 @@ impl Belt {
 }
 
 impl Family for Belt {
-    fn at(&self, key: f64) -> crate::Result<Conditions> {
+    fn conditions(&self, key: f64) -> crate::Result<Conditions> {
         let law = Exponential { memory_length: 1e-5, ..Exponential::new(0.4, 0.2, 0.3) };
         let settings = Settings {
             scheme: Scheme { step: 1e-5, theta: 0.5 },
@@ -76,7 +76,7 @@ impl Family for Belt {
 /// A stepper that has followed the motion begun with the velocity `a`, m/s, for `time`, s, in steps of a period's
 /// share.
 fn marched<'a>(belt: &Belt, model: &Model<'a>, v: f64, a: f64, time: f64) -> Stepper<'a> {
-    let conditions = belt.at(v).unwrap();
+    let conditions = belt.conditions(v).unwrap();
     let mu = conditions.settings.friction.coefficient(v);
     let mut rest = State::at_rest(model, &[-mu * LOAD, 0.0, LOAD], &[LOAD * SOFT]).remembering(&[mu]);
     rest.v[0] += a;
@@ -121,7 +121,7 @@ fn cycles_of_a_mass_on_a_belt_turn_back_at_the_fold_and_end_at_rest() {
     u.extend([1.0, 0.0]);
     let mut contact = None;
     let found = solve(&mut equations, u, &mut contact).unwrap();
-    let conditions = belt.at(v).unwrap();
+    let conditions = belt.conditions(v).unwrap();
     let multipliers = multipliers(&structure, &conditions, &found.cycle, RESOLUTION).unwrap();
     // It sticks for a while: what deviates is gone within a period.
     assert!(found.cycle.contacts[0].stick()[0] > 0.01 && multipliers.is_stable(), "{multipliers:?}");

@@ -47,7 +47,7 @@ impl Balls {
 
 /// The key is the lateral creepage of the first contact.
 impl Family for Balls {
-    fn at(&self, key: f64) -> crate::Result<Conditions> {
+    fn conditions(&self, key: f64) -> crate::Result<Conditions> {
         let law = Exponential { memory_length: 1e-5, ..Exponential::new(0.4, 0.2, 0.3) };
         let drive = |patch: usize| {
             let lateral = if patch == 0 { key } else { OTHER };
@@ -114,7 +114,7 @@ fn cycle(balls: &Balls) -> (f64, PeriodicSolution, Vec<num_complex::Complex<f64>
     let conditions = [equations.phase(&u), Condition { row, reference: u.clone() }];
     let found = equations.correct(u, &conditions, &mut None).unwrap();
     let key = equations.key_of(&found.u);
-    let values = multipliers(&structure, &balls.at(key).unwrap(), &found.cycle, FEW).unwrap().values;
+    let values = multipliers(&structure, &balls.conditions(key).unwrap(), &found.cycle, FEW).unwrap().values;
     (key, found.cycle, values)
 }
 

@@ -109,6 +109,9 @@ pub(super) fn check(job: &Job, faults: &mut Vec<String>) {
     if analyses.sweep.is_some() && analyses.stability.is_none() {
         faults.push("analyses.stability: missing; analyses.sweep computes it at every point, e.g. {}".into());
     }
+    if let Some(cycles) = &analyses.cycles {
+        faults.extend(crate::job::branches::faults(job, cycles));
+    }
     if analyses.names().is_empty() {
         faults.push(
             "analyses: nothing to compute; give \"modes\", or \"modes\" and \"stability\", \

@@ -23,6 +23,9 @@ use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
 
+/// Singular values below this part of the largest one are rounding.
+const KEPT: f64 = 1e-12;
+
 /// Small changes of the state of a stepper, one in each of c columns.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StateChanges {
@@ -117,10 +120,52 @@ impl StateChanges {
         self.modes.each_ref().map(Mat::as_ref)
     }
 
+    /// Parts of the contact in these changes of `stepper`, beside the changes of the modes alone
+    /// ([`of_modes`](Self::of_modes)): a singular value decomposition, each quantity relative to its largest change.
+    pub fn kept_by_the_contact(&self, stepper: &Stepper<'_>) -> Result<KeptChanges> {
+        let seen = &self.seen - stepper.shapes.contact_motion(&self.modes[0]);
+        let quantities = [&self.reaction, &seen, &self.motions, &self.friction];
+        let columns = self.seen.ncols();
+        let mut stack = Mat::zeros(quantities.iter().map(|of| of.nrows()).sum(), columns);
+        let mut first = 0;
+        for of in quantities {
+            let largest = of.norm_max();
+            let unit = if largest > 0.0 { 1.0 / largest } else { 0.0 };
+            (0..columns).for_each(|c| (0..of.nrows()).for_each(|i| stack[(first + i, c)] = unit * of[(i, c)]));
+            first += of.nrows();
+        }
+        let found = stack
+            .thin_svd()
+            .map_err(|e| Error::NotConverged(format!("changes that the contact keeps of a period: {e:?}")))?;
+        let (values, v) = (found.S().column_vector(), found.V());
+        let kept = (0..values.nrows()).take_while(|&k| values[k] > KEPT * values[0]).count();
+        let mix = Mat::from_fn(columns, kept, |c, k| v[(c, k)] / values[k]);
+        let changes = Self {
+            modes: [(); 2].map(|()| Mat::zeros(self.modes[0].nrows(), kept)),
+            seen: seen * &mix,
+            parts: self.parts.clone(),
+            reaction: &self.reaction * &mix,
+            friction: &self.friction * &mix,
+            motions: &self.motions * &mix,
+            force: &self.force * &mix,
+            near: self.near.clone(),
+        };
+        Ok(KeptChanges { changes, parts: Mat::from_fn(kept, columns, |k, c| values[k] * v[(c, k)]) })
+    }
+
     /// Changes of the forces on the coordinates behind the contact in the last step, Ψᵀ δR, `[m, c]`.
     pub fn force(&self) -> MatRef<'_, f64> {
         self.force.as_ref()
     }
+}
+
+/// Small changes of the contact that the contact keeps of others.
+#[derive(Debug, Clone, PartialEq)]
+pub struct KeptChanges {
+    /// Independent changes of the contact alone, the modes at rest, one in each of p columns.
+    pub changes: StateChanges,
+    /// Parts of each of the others in these, `[p, c]`.
+    pub parts: Mat<f64>,
 }
 
 /// Displacements and gaps that the departure points of some nodes take.
