@@ -223,12 +223,12 @@ pub trait Body {
     fn modes(&mut self, extent: Extent, steps: &mut ProgressFn) -> Result<TraceModes>;
 
     /// The modes that it has found, for another body, where they may serve one.
-    fn found(&self) -> Option<CachedModes> {
+    fn cached_modes(&self) -> Option<CachedModes> {
         None
     }
 
     /// Takes modes that another body has found, for [`Body::modes`] to look whether they serve it.
-    fn take(&mut self, _found: &CachedModes) {}
+    fn reuse_modes(&mut self, _found: &CachedModes) {}
 
     /// Collective: static displacement of the contact rows, m, `[3n]` on rank 0, under forces on them, N, `[3n]` on
     /// rank 0.

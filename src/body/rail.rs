@@ -410,11 +410,11 @@ impl Body for Rail<'_> {
         Ok(TraceModes { residual, rows, damping, reach, omega, names, ..TraceModes::default() })
     }
 
-    fn found(&self) -> Option<CachedModes> {
+    fn cached_modes(&self) -> Option<CachedModes> {
         self.found.clone().map(CachedModes::Rail)
     }
 
-    fn take(&mut self, found: &CachedModes) {
+    fn reuse_modes(&mut self, found: &CachedModes) {
         if let CachedModes::Rail(found) = found {
             self.found = Some(found.clone());
         }

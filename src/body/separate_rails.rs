@@ -116,8 +116,8 @@ impl Body for SeparateRails<'_> {
         let names = [*one, *other];
         let of_first = first.modes(extent, steps)?;
         // Rails of one section have the same modes, seen at other places.
-        if let Some(found) = first.found() {
-            second.take(&found);
+        if let Some(found) = first.cached_modes() {
+            second.reuse_modes(&found);
         }
         let of_second = second.modes(extent, steps)?;
         let each = [&of_first, &of_second];
@@ -154,12 +154,12 @@ impl Body for SeparateRails<'_> {
         })
     }
 
-    fn found(&self) -> Option<CachedModes> {
-        self.rails[0].1.found()
+    fn cached_modes(&self) -> Option<CachedModes> {
+        self.rails[0].1.cached_modes()
     }
 
-    fn take(&mut self, found: &CachedModes) {
-        self.rails[0].1.take(found);
+    fn reuse_modes(&mut self, found: &CachedModes) {
+        self.rails[0].1.reuse_modes(found);
     }
 
     fn infinite(&self, _reach: f64) -> Result<Option<Infinite>> {

@@ -429,11 +429,11 @@ impl Body for Swept<'_> {
         Ok(found)
     }
 
-    fn found(&self) -> Option<CachedModes> {
+    fn cached_modes(&self) -> Option<CachedModes> {
         self.found.clone().map(CachedModes::Swept)
     }
 
-    fn take(&mut self, found: &CachedModes) {
+    fn reuse_modes(&mut self, found: &CachedModes) {
         if let CachedModes::Swept(found) = found {
             self.found = Some(found.clone());
         }

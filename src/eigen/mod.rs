@@ -34,7 +34,7 @@ pub trait Pencil {
     /// Collective: Y = M X, both `[n_local, columns]` column by column.
     fn mass(&self, x: &[f64], y: &mut [f64], columns: usize);
     /// Eigenvectors that are known beforehand and not sought, orthonormal in M, `[n_local, known]`.
-    fn known(&self) -> MatRef<'_, f64> {
+    fn known_vectors(&self) -> MatRef<'_, f64> {
         MatRef::from_column_major_slice(&[], self.n_local(), 0)
     }
 }
@@ -77,7 +77,7 @@ pub fn nearest_by(
         return Ok(Modes::default());
     }
     enough(count, pencil.order())?;
-    let found = lanczos::run(pencil, shifted, pencil.known(), Goal::Nearest(count), sizes, progress)?;
+    let found = lanczos::run(pencil, shifted, pencil.known_vectors(), Goal::Nearest(count), sizes, progress)?;
     if found.theta.len() < count {
         return Err(Error::NotConverged(format!(
             "only {} of {count} modes have finite frequency: the mass matrix is singular",

@@ -148,7 +148,7 @@ impl<'a> Slices<'a> {
         let above = (self.pencil.order() - shifted.below()) as usize;
         let ahead = ahead.min(above);
         if missing + ahead > 0 {
-            let known = self.pencil.known();
+            let known = self.pencil.known_vectors();
             let before = self.lambda.len() - self.beyond;
             // Beside what was found beyond the last shift what was known at the start, which is mostly nothing.
             let both: Vec<f64> = match known.ncols() {

@@ -80,7 +80,7 @@ impl Pencil for Matrices<'_> {
         self.mass.apply_block(self.world, x, y, columns);
     }
 
-    fn known(&self) -> MatRef<'_, f64> {
+    fn known_vectors(&self) -> MatRef<'_, f64> {
         MatRef::from_column_major_slice(&self.known.0, self.n_local(), self.known.1)
     }
 }

@@ -316,9 +316,9 @@ fn build<'p>(
     world.on_root(|| preflight::of_run(&job, meshes, true).map(drop))?;
     let mut bodies = Bodies::build(petsc, &job, meshes, progress, &mut quiet)?;
     bodies.factorise(&job, progress, &mut quiet)?;
-    bodies.unique.iter_mut().zip(&*earlier).for_each(|(body, found)| found.iter().for_each(|f| body.take(f)));
+    bodies.unique.iter_mut().zip(&*earlier).for_each(|(body, found)| found.iter().for_each(|f| body.reuse_modes(f)));
     let found = modes::compute_all(&job, &mut bodies, progress)?;
-    *earlier = bodies.unique.iter().map(|body| body.found()).collect();
+    *earlier = bodies.unique.iter().map(|body| body.cached_modes()).collect();
     let model = match Reduction::shared(world, &job, contact, (&bodies, &found), progress)? {
         Some(model) => model,
         None => {

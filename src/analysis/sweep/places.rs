@@ -354,7 +354,7 @@ impl Making<'_> {
         let missing = || Error::Defect("a body that is interpolated has no modes".into());
         let mut body = body_at(self.world, self.job, self.side, at)?;
         if let Some(cached) = &self.cached {
-            body.take(cached);
+            body.reuse_modes(cached);
         }
         body.adopt_compliance(constant);
         let extent = match self.job.analyses.modes.as_ref().ok_or_else(missing)?.extent() {

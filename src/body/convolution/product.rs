@@ -10,13 +10,13 @@ use super::{Block, Convolution, LOADS};
 /// Numbers that products are made in.
 pub trait Number: fourier::Number {
     /// Value nearest to `v`.
-    fn of(v: f64) -> Self;
+    fn from_double(v: f64) -> Self;
     /// As a double.
     fn double(self) -> f64;
 }
 
 impl Number for f64 {
-    fn of(v: f64) -> Self {
+    fn from_double(v: f64) -> Self {
         v
     }
     fn double(self) -> f64 {
@@ -25,7 +25,7 @@ impl Number for f64 {
 }
 
 impl Number for f32 {
-    fn of(v: f64) -> Self {
+    fn from_double(v: f64) -> Self {
         v as f32
     }
     fn double(self) -> f64 {
@@ -87,7 +87,7 @@ impl<T: Number> Transformed<T> {
             for (iy, row) in c.kernel.chunks_exact(2 * nx - 1).enumerate() {
                 buffers.line.fill(T::zero());
                 for (ix, block) in row.iter().enumerate() {
-                    buffers.line[(ix + size[0] - (nx - 1)) % size[0]] = T::of(scale * entry(block));
+                    buffers.line[(ix + size[0] - (nx - 1)) % size[0]] = T::from_double(scale * entry(block));
                 }
                 new.line_forward(&mut buffers, (iy + size[1] - (ny - 1)) % size[1], 0);
             }
@@ -99,11 +99,11 @@ impl<T: Number> Transformed<T> {
 
     /// The transforms with the inverse of the spectrum of the normal entry, where that is sound, and of nothing else.
     pub(super) fn inverse_normal(&self) -> Self {
-        let points = T::of(1.0 / (self.size[0] * self.size[1]) as f64);
+        let points = T::from_double(1.0 / (self.size[0] * self.size[1]) as f64);
         // What is left of a spectrum of a kernel that ends at the border of the grid may be below that of the
         // shortest wave, or below zero.
         let shortest = self.kernel[8].get((self.half - 1) * self.size[1] + self.size[1] / 2).map_or(T::one(), |v| v.re);
-        let least = shortest.abs() * T::of(0.5);
+        let least = shortest.abs() * T::from_double(0.5);
         let inverse = |v: &Complex<T>| Complex::new(points * points / v.re.max(least), T::zero());
         let mut kernel: [Vec<Complex<T>>; 9] = Default::default();
         kernel[8] = self.kernel[8].iter().map(inverse).collect();
@@ -242,7 +242,7 @@ impl<'a, T: Number> Product<'a, T> {
             for (i, o) in out.chunks_exact_mut(count).enumerate() {
                 let p = of.factors(i);
                 for (r, o) in components.iter().zip(o) {
-                    *o += T::of((0..3).map(|m| p[m] * moved[3 * m + r]).sum());
+                    *o += T::from_double((0..3).map(|m| p[m] * moved[3 * m + r]).sum());
                 }
             }
         }

@@ -37,7 +37,7 @@ pub struct Point {
 pub trait Kernel {
     /// [∫ G, ∫ ∂G/∂n′] of what is swept from `source`, of each order, at the point (r, y) `at` (m), with the wave
     /// number `k` (1/m). The point must not be the source.
-    fn of(&mut self, source: &Point, at: [f64; 2], k: f64) -> &[[Complex64; 2]];
+    fn integrals(&mut self, source: &Point, at: [f64; 2], k: f64) -> &[[Complex64; 2]];
 }
 
 /// A piece of the outline: a parabola (r, y)(t), −1 ≤ t ≤ 1, through three points, m. The body lies to the left of
@@ -153,7 +153,7 @@ impl<K: Kernel> Integrals<K> {
             (t - p) * (t - s) / ((q - p) * (q - s)),
             (t - p) * (t - q) / ((s - p) * (s - q)),
         ];
-        for (sums, layers) in self.of_order.iter_mut().zip(self.kernel.of(&source, at, k)) {
+        for (sums, layers) in self.of_order.iter_mut().zip(self.kernel.integrals(&source, at, k)) {
             for (sum, shape) in sums.iter_mut().zip(shape) {
                 sum[0] += weight * shape * layers[0];
                 sum[1] += weight * shape * layers[1];

@@ -99,7 +99,7 @@ impl Layers {
 }
 
 impl Kernel for Layers {
-    fn of(&mut self, source: &Point, at: [f64; 2], k: f64) -> &[[Complex64; 2]] {
+    fn integrals(&mut self, source: &Point, at: [f64; 2], k: f64) -> &[[Complex64; 2]] {
         Layers::integrate(self, source, at, k);
         // A radian of the ring is as long as its radius.
         self.of_order.iter_mut().flatten().for_each(|v| *v *= source.at[0]);
