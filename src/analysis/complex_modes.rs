@@ -301,7 +301,7 @@ fn tables(shapes: &[Shape], energies: &[Energy]) -> Vec<Table> {
         Table::new(
             "/stability/growth_parts",
             "1/s",
-            "What the growth rate is made of: damping of the lower body, of the upper body, work of the contact \
+            "Parts of the growth rate: damping of the lower body, of the upper body, work of the contact \
              forces.",
             &[n, 3],
             flat(&|e| e.growth.to_vec()),

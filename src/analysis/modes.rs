@@ -198,7 +198,8 @@ fn orders(place: &str, names: &[ModeLabel]) -> Option<Table> {
 
 /// Component with the largest motion in each mode, where it is known.
 fn families(place: &str, names: &[ModeLabel]) -> Option<Table> {
-    let text = "What of each mode moves most, numbered from 0 by frequency within a number of diameters.";
+    let text =
+        "Part of the body that moves most in each mode, numbered from 0 by frequency within a number of diameters.";
     let values: Vec<String> = names.iter().map(|n| n.family.clone()).collect();
     (!names.is_empty()).then(|| Table::list(&format!("/modes/{place}/family"), "-", text, values))
 }

@@ -70,8 +70,8 @@ pub fn run(
         if let Some([x, y, n]) = model.on_root().and_then(|r| deflection(&r.interface, &r.pair, solution)) {
             let text = format!("x {:.1}, y {:.1}, n {:.1} µm, included in the placement", 1e6 * x, 1e6 * y, 1e6 * n);
             run.summary.value("structural deflection under load", text);
-            let text = "What the bodies give way by under the load at the middle of the contact (x, y, n), \
-             upper against lower; the placement has it already.";
+            let text = "Structural deflection under the load at the middle of the contact (x, y, n), upper \
+             against lower; included in the placement.";
             run.file.tables([Table::list("/contact/deflection", "m", text, vec![x, y, n])]);
         }
     }

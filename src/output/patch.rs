@@ -150,7 +150,7 @@ mod tests {
             assert_eq!((block.body_of_cell[cell], a[2]), (body, z));
             assert!((up - if body == 1 { 1.0 } else { -1.0 }).abs() < 1e-15, "{ring:?}");
         }
-        let spec = |name: &str, kind| FieldSpec::new(name, "Pa", "What it is.", kind);
+        let spec = |name: &str, kind| FieldSpec::new(name, "Pa", "A field.", kind);
         let pressure = values(&spec("pressure", FieldKind::Scalar), &both).expect("it is there");
         assert_eq!(pressure, [0.0, 1.0, 2.0, 3.0, 4.0, 5.0].repeat(2));
         let traction = values(&spec("traction", FieldKind::Vector), &both).expect("it is there");

@@ -69,7 +69,7 @@ impl Provenance {
             Table::scalar("/provenance/date", "-", "Start of the run, UTC, ISO 8601.", self.date.as_str()),
         ];
         if !self.warnings.is_empty() {
-            let text = "What makes the results doubtful.";
+            let text = "Reasons to doubt the results.";
             tables.push(Table::list("/provenance/warnings", "-", text, self.warnings.clone()));
         }
         if !self.summary.is_empty() {

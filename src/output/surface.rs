@@ -119,7 +119,7 @@ impl Surfaces {
             Table::list(
                 "/surface/role",
                 "-",
-                "What the job does with it: contact, fixed, support, or nothing.",
+                "Use of it in the job: contact, fixed, support, or nothing.",
                 text(|g| g.role),
             ),
             Table::list(

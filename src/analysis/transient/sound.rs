@@ -117,7 +117,7 @@ impl<'a> Sound<'a> {
             [
                 table(b, "frequency", "Hz", "Frequencies at which the radiation is known.", &given.grid),
                 table(b, "resistance", "N s/m/kg", text, &given.resistances),
-                table(b, "plane", "N s/m/kg", "Those of plane waves.", &given.plane),
+                table(b, "plane", "N s/m/kg", "Radiation resistances of plane waves.", &given.plane),
             ]
         };
         self.given.iter().flat_map(of).collect()

@@ -142,7 +142,7 @@ impl BranchTables<'_> {
             Table::list(
                 "/cycles/origin",
                 "-",
-                "Where each branch was begun.",
+                "Origin of each branch.",
                 self.branches.iter().map(|b| b.origin.clone()).collect::<Vec<String>>(),
             ),
             Table::new(

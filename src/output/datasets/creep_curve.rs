@@ -109,7 +109,7 @@ pub fn tables(wanted: &CreepCurve, all: &[Point], stability: bool) -> Vec<Table>
         Table::list(
             "/creep_curve/message",
             "-",
-            "What went wrong at a point; empty where nothing did.",
+            "Error at a point; empty where there was none.",
             all.iter().map(|p| p.message.clone()).collect::<Vec<String>>(),
         ),
     ];

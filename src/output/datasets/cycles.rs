@@ -165,7 +165,7 @@ pub fn tables(branches: &[Branch], along: &str, points: usize, all: &[Cycle]) ->
     };
     let names: Vec<String> = branches.iter().map(|b| b.name().to_owned()).collect();
     vec![
-        Table::list("/sweep/cycles/branch", "-", "Where the motions of the points come from.", names),
+        Table::list("/sweep/cycles/branch", "-", "Origin of the motions of the points.", names),
         Table::scalar("/sweep/cycles/along", "-", "The swept key along which they are handed on.", along),
         Table::new(
             "/sweep/cycles/fate",

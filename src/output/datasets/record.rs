@@ -144,7 +144,7 @@ impl<'a> Recorder<'a> {
             ),
             number("residual", "N", &[], "Residual of the contact laws."),
             count("closed", "Closed contact nodes."),
-            count("stick", "Those of them that stick."),
+            count("stick", "Closed nodes that stick."),
             count("iterations", "Iterations of the contact solver."),
             count("products", "Products with the influence matrix."),
         ];
@@ -170,7 +170,7 @@ impl<'a> Recorder<'a> {
                 number("moment_z", "N m", &[], "Moment of the tractions on body 1 about the common normal."),
                 number("approach", "m", &[], "Rigid approach of the bodies."),
                 count("closed", "Closed contact nodes."),
-                count("stick", "Those of them that stick."),
+                count("stick", "Closed nodes that stick."),
             ]
         };
         let n = model.interface.len();

@@ -59,7 +59,7 @@ pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Ta
 /// On rank 0: the same without compliance, of the `modes` of the bodies that differ.
 pub fn tables_of_modes(job: &Job, alike: bool, modes: &[TraceModes]) -> Result<Vec<Table>> {
     let mut tables = head(job, alike)?;
-    tables.push(Table::scalar(ALONE, "-", "What the group holds, where that is not all.", "modes"));
+    tables.push(Table::scalar(ALONE, "-", "Contents of the group, where it does not hold all.", "modes"));
     for (name, found) in ["lower", "upper"].into_iter().zip(modes) {
         let rows =
             found.rows.as_ref().ok_or_else(|| Error::Defect("modes are kept without the contact's rows".into()))?;
@@ -102,7 +102,12 @@ fn head(job: &Job, alike: bool) -> Result<Vec<Table>> {
     let inputs = summed_inputs(job)?.to_string();
     Ok(vec![
         Table::scalar("/reduced/version", "-", "Version of this group.", VERSION),
-        Table::scalar("/reduced/inputs", "-", "What of the job the reduced model depends on, JSON.", inputs.as_str()),
+        Table::scalar(
+            "/reduced/inputs",
+            "-",
+            "Part of the job that the reduced model depends on, JSON.",
+            inputs.as_str(),
+        ),
         Table::scalar("/reduced/alike", "-", "1 if the upper body is the lower one's mirror image.", i8::from(alike)),
     ])
 }
@@ -146,10 +151,10 @@ impl Known<'_> {
             let text = "Nodal diameters of each mode, or waves on its length.";
             tables.push(Table::list(&path("order"), "1", text, orders));
             let families: Vec<String> = self.names.iter().map(|n| n.family.clone()).collect();
-            tables.push(Table::list(&path("family"), "-", "What of each mode moves most.", families));
+            tables.push(Table::list(&path("family"), "-", "Part of the body that moves most in each mode.", families));
         }
         if !self.springs.is_empty() {
-            let text = "What each mode stores in springs that have a loss factor of their own, twice, over the \
+            let text = "Twice the energy of each mode in springs that have a loss factor of their own, over the \
              square of its amplitude.";
             tables.push(Table::list(&path("springs"), "1/s^2", text, self.springs.to_vec()));
         }

@@ -95,7 +95,7 @@ pub fn eigenvalues(spectrum: &Spectrum, root: &ReducedModel, full: Option<&FullR
         Table::list(
             "/stability/source",
             "-",
-            "Where each eigenvalue comes from: reduced or full.",
+            "Model of each eigenvalue: reduced or full.",
             all.iter().map(|p| p.source.to_owned()).collect::<Vec<_>>(),
         ),
         Table::list(

@@ -121,7 +121,7 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], own: Option<&Error>) -> Vec<Tab
         Table::list(
             "/sweep/message",
             "-",
-            "What went wrong at a point; empty where nothing did.",
+            "Error at a point; empty where there was none.",
             all.iter().map(|o| o.message.clone()).collect::<Vec<String>>(),
         ),
         Table::scalar(
@@ -133,7 +133,7 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], own: Option<&Error>) -> Vec<Tab
         Table::scalar(
             "/sweep/own_message",
             "-",
-            "What went wrong at the job's own point; empty where nothing did.",
+            "Error at the job's own point; empty where there was none.",
             own.map_or("", Error::message),
         ),
         count("unstable", "Number of unstable eigenvalues, one of each conjugate pair.", &Outcome::unstable),

@@ -142,7 +142,7 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], study: &Study) -> Vec<Table> {
         number("confidence", "1", "Probability with which intervals hold what they stand for.", study.confidence),
         number("probability", "1", "Probability that any mode is unstable.", study.probability),
         list("probability_interval", "1", "Ends of its confidence interval.", study.interval.to_vec()),
-        Table::scalar(&path("interval_method"), "-", "How that interval was made.", study.way()),
+        Table::scalar(&path("interval_method"), "-", "Method of that interval.", study.way()),
         number("other_probability", "1", "Probability of growth that is none of the modes.", study.other),
         list("other_interval", "1", "Ends of its confidence interval.", study.other_interval.to_vec()),
         list("levels", "1", "Probabilities of the quantiles.", study.levels.clone()),
@@ -195,7 +195,7 @@ fn of_modes(points: usize, modes: &[ModeOf]) -> Vec<Table> {
         list("own_growth_rate", "1/s", "Growth rate at the job's own point.", &|m| m.own.re),
         list("probability", "1", "Probability that the mode is unstable.", &|m| m.probability),
         Table::new(&path("interval"), "1", "Ends of its confidence interval.", &[m, 2], pairs(&|m| m.interval)),
-        words("interval_method", "How that interval was made.", &|m| word(m.method).into()),
+        words("interval_method", "Method of that interval.", &|m| word(m.method).into()),
         list("found", "1", "Share of the random samples in which the mode was found by its shape.", &|m| m.found),
         list("agreement", "1", "Least modal assurance criterion of the shapes found.", &|m| m.agreement),
         Table::new(
