@@ -41,7 +41,8 @@
 //! | modes and compliance of bodies | [`body`], [`swept`], [`fem`], [`eigen`] |
 //! | the reduced model of two bodies | [`model`] |
 //! | eigenvalues, growth rates | [`stability`] |
-//! | steps in time, limit cycles | [`transient`] |
+//! | steps in time | [`transient`] |
+//! | limit cycles as solutions | `docs/explanation/branches.md` |
 //! | sound | [`sound`] |
 //! | whole runs | [`analysis`], [`plan`] |
 //! | the result file | [`output`] |
@@ -52,8 +53,8 @@
 //!
 //! # What it does not do
 //!
-//! Plasticity, wear and temperature; large strains; dynamics of a vehicle in time; several contacts of one wheel at
-//! once; reflections of sound. Units are SI throughout.
+//! Plasticity, wear and temperature; large strains; dynamics of a vehicle in time; reflections of sound. Units are SI
+//! throughout.
 
 #![deny(unsafe_code)]
 // What input can reach must not panic.

@@ -9,6 +9,14 @@ pub mod stress;
 pub mod surface;
 
 /// Isotropic linear elastic material.
+///
+/// ```
+/// use railsqueal::fem::Material;
+///
+/// let steel = Material { young: 210e9, poisson: 0.3, density: 7850.0 };
+/// let (lambda, mu) = steel.lame();
+/// assert!((mu - 80.77e9).abs() < 1e7 && (lambda - 121.15e9).abs() < 1e7);
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Material {
     /// Young's modulus, Pa.

@@ -84,7 +84,8 @@ def stability_tables(result: Result, table: ComplexModes) -> list[tuple[str, Row
     if budget is not None:
         columns = (budget.damping, budget.friction, budget.creep, budget.tilting, budget.growth_rate)
         rows: list[Row] = [(k, table.frequency[k], *(c[k] for c in columns)) for k in range(len(budget.growth_rate))]
-        head = ("place", "frequency_Hz", "damping_1/s", "friction_1/s", "creep_1/s", "tilting_1/s", "sum_1/s")
+        parts = ("structural_damping", "friction", "creep_damping", "contact_tilt", "sum")
+        head = ("place", "frequency_Hz", *(f"{part}_1/s" for part in parts))
         made.append(("budget", head, rows))
     balance = Balance.from_result(result)
     if balance is not None:

@@ -83,11 +83,11 @@ def budget_part(result: Result, table_of: ComplexModes, names: ModeNames) -> lis
             marks.append(bool(table_of.grows[k]))
     if not rows:
         return []
-    head = ("frequency", "mode", "damping", "friction", "creep", "tilting", "sum")
+    head = ("frequency", "mode", "structural damping", "friction", "creep damping", "contact tilt", "sum")
     words = (
-        "Parts of the growth rate in 1/s by the single-mode criterion: damping of the mode itself; friction through "
-        "the compliance of everything else; creep, by which motion along the surface turns the friction; tilting of "
-        "the contact."
+        "Parts of the growth rate in 1/s by the single-mode criterion: structural damping of the mode itself; friction "
+        "through the compliance of everything else; creep damping, by motion along the surface, which turns the "
+        "friction; contact tilt."
     )
     return ["<h3>Growth-rate budget</h3>", f"<p>{words}</p>", table(head, rows, marks)]
 
