@@ -8,6 +8,8 @@ use std::path::{Path, PathBuf};
 const AFTER: &str = "\
 Run it under an MPI launcher for more than one rank: mpirun -n 4 railsqueal run job.json
 
+Pages: docs/README.md; what each line of a summary means: docs/reference/summary.md
+
 Exit codes:
   0  done
   1  a defect of the program
