@@ -67,9 +67,10 @@ pub fn multipliers(
     let balance = Balance::new(structure, conditions, resolution, 1.0, &cycle.contact)?;
     let h = 2.0 * std::f64::consts::PI / (samples as f64 * cycle.omega);
     let delays = balance.delays(&cycle.contact, h);
-    // Columns times periods: sequences of a window of so many harmonics, or displacements and velocities of all modes.
+    // Columns times periods: sequences of a window of so many harmonics, or displacements and velocities of all modes
+    // and, in a second period, fewer changes of the contact (a third of them on two cylinders).
     let columns = structure.rank() * (2 * resolution.harmonics + SPILL) * (1 + delays);
-    match delays > 1 || columns < 4 * structure.model.omega.len() {
+    match delays > 1 || columns < 3 * structure.model.omega.len() {
         true => through_kernel(structure, conditions, cycle, resolution),
         false => through_modes(structure, conditions, cycle, samples),
     }
