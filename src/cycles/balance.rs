@@ -4,6 +4,7 @@ use super::poles::Poles;
 use super::prescribed::{Prescribed, PrescribedMotion};
 use super::receptance::{discrete, harmonic};
 use crate::grid::{ContactPatch, Interface};
+use crate::model::Dynamics;
 use crate::transient::low_rank_modes::factors;
 use crate::transient::stepper::{Settings, State, StateChanges, Stepper};
 use crate::transient::{Energy, Model, PatchDrive, Scheme};
@@ -25,6 +26,7 @@ const SHARP: f64 = 1e-13;
 const TOLD: usize = 12;
 
 /// The modes of both bodies, and the functions of them that act at the contact, Ψ = B Cᵀ.
+#[derive(Clone)]
 pub struct Structure<'a> {
     pub(super) model: Model<'a>,
     /// B, `[3n, r]`.
@@ -46,6 +48,17 @@ impl<'a> Structure<'a> {
         let [basis, mix] = factors(model.modes, whole, LOSSLESS)
             .ok_or_else(|| Error::Defect("limit cycles: the modes at the contact are no numbers".into()))?;
         let basis = Mat::from_fn(model.modes.nrows(), basis.len(), |i, k| basis[k][i]);
+        Self::on(model, basis, mix)
+    }
+
+    /// The same modes with other equations of motion.
+    pub fn with(&self, dynamics: Dynamics) -> Result<Self> {
+        let Dynamics { stiffness, damping, turning } = dynamics;
+        let model = Model { stiffness, damping, turning, ..self.model.clone() };
+        Self::on(model, self.basis.clone(), self.mix.clone())
+    }
+
+    fn on(model: Model<'a>, basis: Mat<f64>, mix: Vec<Vec<f64>>) -> Result<Self> {
         let zeros = vec![0.0; mix.len()];
         let poles = Poles::new(&model)?;
         let contact_poles = poles.at_contact(&mix);

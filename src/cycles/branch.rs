@@ -378,7 +378,8 @@ impl Walk<'_, '_, '_> {
             true => {
                 let conditions = self.equations.family.conditions(key)?;
                 let resolution = self.equations.resolution;
-                Some(multipliers(self.equations.structure, &conditions, &found.cycle, resolution)?)
+                let structure = self.equations.structure_at(key)?;
+                Some(multipliers(&structure, &conditions, &found.cycle, resolution)?)
             }
             false => None,
         };

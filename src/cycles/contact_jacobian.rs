@@ -3,13 +3,17 @@
 //! With the harmonics f of the contact forces under the motion z, as coefficients like those of the motion, and the
 //! receptance R(s) of the modes at the contact the equations are
 //!
-//! F = R f/unit + load − z,   ∂F/∂z = R ∂f/∂z/unit − 1,   ∂F/∂ω = (R ∂f/∂ω + ds/dω ∂R/∂s f)/unit
+//! F = R f/unit + load − z,   ∂F/∂z = R ∂f/∂z/unit − 1
 //!
-//! Near a resonance R changes within a thousandth of the frequency, whereas the contact has no resonance: ∂f hardly
-//! changes from one cycle to the next. Therefore ∂f is what is kept and updated, and R is evaluated anew.
+//! ∂F/∂ω = (R ∂f/∂ω + ds/dω ∂R/∂s f)/unit,   ∂F/∂λ = (R ∂f/∂λ + ∂R/∂λ f)/unit
+//!
+//! A key λ that changes the modes (damping) has ∂R/∂λ, by differences; others have none. Near a resonance R changes
+//! within a thousandth of the frequency, whereas the contact has no resonance: ∂f hardly changes from one cycle to the
+//! next. Therefore ∂f is what is kept and updated, and R is evaluated anew.
 
 use super::balance::Structure;
 use super::corrector::{norm, Equations};
+use crate::Result;
 use faer::Mat;
 use std::f64::consts::PI;
 
@@ -70,19 +74,21 @@ impl ContactJacobian {
 
 impl Equations<'_, '_> {
     /// The Jacobian of the equations at `u`, `[size, size + 2]`, with the forces to the first order.
-    pub(super) fn assemble(&self, contact: &ContactJacobian, u: &[f64]) -> Mat<f64> {
+    pub(super) fn assemble(&self, contact: &ContactJacobian, u: &[f64]) -> Result<Mat<f64>> {
         let (n, r) = (self.size(), self.structure.rank());
         let omega = self.omega_of(u);
         let grows = self.family.is_growth();
         let growth = if grows { self.key_of(u) } else { 0.0 };
         let force = contact.force_at(u);
+        let structure = self.structure_at(self.key_of(u))?;
+        let beside = self.structure_beside(self.key_of(u))?;
         let mut j = Mat::zeros(n, n + 2);
         for k in 0..=self.resolution.harmonics {
             // s = d + iω (N/π) tan(kπ/N) for k > 0.
             let samples = self.resolution.samples as f64;
             let turn = C::new(0.0, samples / PI * (PI * k as f64 / samples).tan());
             let s = turn * omega + if k == 0 { 0.0 } else { growth };
-            let [response, slope] = self.structure.receptance(s);
+            let [response, slope] = structure.receptance(s);
             // The complex amplitude of a cos + b sin is a − ib.
             let first = r * (2 * k).saturating_sub(1);
             let rows = if k == 0 { r } else { 2 * r };
@@ -94,24 +100,27 @@ impl Equations<'_, '_> {
             let block = Mat::from_fn(rows, rows, |i, m| real(&response, i, m) / self.unit);
             let product = &block * contact.derivative.as_ref().subrows(first, rows);
             j.as_mut().subrows_mut(first, rows).copy_from(&product);
-            if k == 0 {
-                continue;
-            }
-            // Change of the motion with an unknown that changes s by `by`.
-            let mut add = |column: usize, by: C| {
-                let slope = Mat::from_fn(r, r, |a, b| slope[(a, b)] * by);
+            // Change of the motion with an unknown that changes R by `change`.
+            let mut add = |column: usize, change: Mat<C>| {
                 for i in 0..rows {
-                    let change = (0..rows).map(|m| real(&slope, i, m) * force[first + m]).sum::<f64>();
+                    let change = (0..rows).map(|m| real(&change, i, m) * force[first + m]).sum::<f64>();
                     j[(first + i, column)] += change / self.unit;
                 }
             };
-            add(n, turn * self.omega);
-            if grows {
-                add(n + 1, C::new(self.key[1], 0.0));
+            if let Some((beside, by)) = &beside {
+                let [there, _] = beside.receptance(s);
+                add(n + 1, Mat::from_fn(r, r, |a, b| (there[(a, b)] - response[(a, b)]) / *by));
+            }
+            if k > 0 {
+                let by = |change: C| Mat::from_fn(r, r, |a, b| slope[(a, b)] * change);
+                add(n, by(turn * self.omega));
+                if grows {
+                    add(n + 1, by(C::new(self.key[1], 0.0)));
+                }
             }
         }
         (0..n).for_each(|i| j[(i, i)] -= 1.0);
-        j
+        Ok(j)
     }
 }
 

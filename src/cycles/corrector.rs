@@ -8,14 +8,21 @@
 
 use super::balance::{Balance, Conditions, ContactMemory, Marched, PeriodicSolution, Resolution, Structure};
 use super::contact_jacobian::ContactJacobian;
+use crate::model::Dynamics;
 use crate::{Error, Result};
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::Mat;
+use std::borrow::Cow;
 
 /// Dependence on the key.
 pub trait Family {
     /// Conditions at the value `key`; an error where the model does not hold there, whose text ends the branch.
     fn conditions(&self, key: f64) -> Result<Conditions>;
+
+    /// Equations of motion of the modes at the value `key`; none where the key does not change them.
+    fn dynamics(&self, _key: f64) -> Result<Option<Dynamics>> {
+        Ok(None)
+    }
 
     /// True if the key is the growth rate of the motion, 1/s; that of cycles is 0.
     fn is_growth(&self) -> bool {
@@ -28,7 +35,7 @@ pub trait Family {
 /// Unknowns u are the coefficients of the motion in units, the angular frequency and the key, both in units too,
 /// `[size + 2]`.
 pub struct Equations<'e, 'a> {
-    /// Modes.
+    /// Modes, with their equations of motion where the key does not change them.
     pub structure: &'e Structure<'a>,
     /// Dependence on the key of the branch.
     pub family: &'e dyn Family,
@@ -81,7 +88,7 @@ const PATIENCE: usize = 8;
 /// Differences relative to the frequency, and to the unit of the key.
 const DIFFERENCE: [f64; 2] = [1e-7, 1e-6];
 
-impl<'a> Equations<'_, 'a> {
+impl<'e, 'a> Equations<'e, 'a> {
     /// Number of coefficients of the motion.
     pub fn size(&self) -> usize {
         self.structure.rank() * (2 * self.resolution.harmonics + 1)
@@ -97,13 +104,33 @@ impl<'a> Equations<'_, 'a> {
         self.omega * u[self.size()]
     }
 
+    /// The modes with their equations of motion at the value `key`.
+    pub fn structure_at(&self, key: f64) -> Result<Cow<'e, Structure<'a>>> {
+        Ok(match self.family.dynamics(key)? {
+            Some(dynamics) => Cow::Owned(self.structure.with(dynamics)?),
+            None => Cow::Borrowed(self.structure),
+        })
+    }
+
+    /// The same a small part of the unit of the key away, and that part; none where the key does not change them. On
+    /// the other side where the model does not hold on the first.
+    pub(super) fn structure_beside(&self, key: f64) -> Result<Option<(Structure<'a>, f64)>> {
+        let by = DIFFERENCE[1];
+        let (found, by) = match self.family.dynamics(key + self.key[1] * by) {
+            Ok(found) => (found, by),
+            Err(_) => (self.family.dynamics(key - self.key[1] * by)?, -by),
+        };
+        found.map(|dynamics| Ok((self.structure.with(dynamics)?, by))).transpose()
+    }
+
     /// The march at `u`.
     pub(super) fn march(&mut self, u: &[f64]) -> Result<Marched> {
         let key = self.key_of(u);
         let conditions = self.family.conditions(key)?;
         let (n, omega) = (self.size(), self.omega_of(u));
         self.marches += 1;
-        let mut balance = self.balance(&conditions, key)?;
+        let structure = self.structure_at(key)?;
+        let mut balance = self.balance(&structure, &conditions, key)?;
         balance.march(&u[..n], omega, &self.memory)
     }
 
@@ -113,9 +140,14 @@ impl<'a> Equations<'_, 'a> {
         Ok(())
     }
 
-    /// The equations under `conditions`, those at `key`.
-    fn balance<'s>(&'s self, conditions: &'s Conditions, key: f64) -> Result<Balance<'a, 's>> {
-        let balance = Balance::new(self.structure, conditions, self.resolution, self.unit, &self.memory)?;
+    /// The equations of the modes `structure` under `conditions`, both those at `key`.
+    fn balance<'s>(
+        &self,
+        structure: &'s Structure<'a>,
+        conditions: &'s Conditions,
+        key: f64,
+    ) -> Result<Balance<'a, 's>> {
+        let balance = Balance::new(structure, conditions, self.resolution, self.unit, &self.memory)?;
         Ok(if self.family.is_growth() { balance.growing(key) } else { balance })
     }
 
@@ -139,7 +171,8 @@ impl<'a> Equations<'_, 'a> {
         let conditions = self.family.conditions(key)?;
         let memory = self.memory.clone();
         let mut derivative = Mat::zeros(n, n + 2);
-        let mut balance = self.balance(&conditions, key)?;
+        let structure = self.structure_at(key)?;
+        let mut balance = self.balance(&structure, &conditions, key)?;
         let by_motion = balance.force_derivative(&u[..n], omega, &memory)?;
         derivative.as_mut().subcols_mut(0, n).copy_from(&by_motion);
         let by = DIFFERENCE[0] * u[n];
@@ -168,7 +201,10 @@ impl<'a> Equations<'_, 'a> {
             Ok(conditions) => (by, conditions),
             Err(_) => (-by, self.family.conditions(key - self.key[1] * by)?),
         };
-        let found = self.balance(&beside, key + self.key[1] * by)?.march(&u[..n], omega, &self.memory)?.coefficients;
+        // The forces do not depend on what the modes make of them.
+        let mut balance = self.balance(self.structure, &beside, key + self.key[1] * by)?;
+        let found = balance.march(&u[..n], omega, &self.memory)?.coefficients;
+        drop(balance);
         (0..n).for_each(|i| contact.derivative[(i, n + 1)] = (found[i] - force[i]) / by);
         contact.move_to(&u, &force);
         self.marches += 1;
@@ -235,7 +271,7 @@ impl<'a> Equations<'_, 'a> {
             }
             let Some(near) = contact.as_mut() else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
             near.move_to(&u, &found.coefficients);
-            let j = self.assemble(near, &u);
+            let j = self.assemble(near, &u)?;
             let system = bordered(&j, [&conditions[0].row, &conditions[1].row]).partial_piv_lu();
             let step = correction(&system, &residual(&found.lack, &u))?;
             let size = norm(&step);
@@ -312,13 +348,14 @@ impl<'a> Equations<'_, 'a> {
         if let Some(near) = contact {
             near.move_to(&u, &found.coefficients);
         }
-        Ok(Corrected { u, cycle: self.structure.solution(found, self.resolution.harmonics)?, iterations })
+        let structure = self.structure_at(self.key_of(&u))?;
+        Ok(Corrected { u, cycle: structure.solution(found, self.resolution.harmonics)?, iterations })
     }
 
     /// The tangent of the branch at the solution `u`, of length 1 but for its mean, on the side of `ahead`.
     pub fn tangent(&self, contact: &ContactJacobian, u: &[f64], ahead: &[f64]) -> Result<Vec<f64>> {
         let (n, phase) = (self.size(), self.phase(u));
-        let a = bordered(&self.assemble(contact, u), [&phase.row, &self.counted(ahead.to_vec())]);
+        let a = bordered(&self.assemble(contact, u)?, [&phase.row, &self.counted(ahead.to_vec())]);
         let b = Mat::from_fn(n + 2, 1, |i, _| if i == n + 1 { 1.0 } else { 0.0 });
         let t = a.partial_piv_lu().solve(b);
         let t: Vec<f64> = (0..n + 2).map(|i| t[(i, 0)]).collect();

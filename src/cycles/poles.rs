@@ -18,6 +18,7 @@ const COMPLETE: f64 = 1e-7;
 const APART: f64 = 1e-9;
 
 /// Modes that are coupled with each other, n of them.
+#[derive(Clone)]
 struct Component {
     /// Their places.
     modes: Vec<usize>,
@@ -29,6 +30,7 @@ struct Component {
 }
 
 /// All modes.
+#[derive(Clone)]
 pub(super) struct Poles(Vec<Component>);
 
 impl Poles {

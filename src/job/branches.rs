@@ -1,14 +1,15 @@
 //! Keys of `analyses.cycles`, and the job at other values of the key that a branch follows.
 
 use super::cycles::Cycles;
-use super::model::{Contact, Creepage, Job};
+use super::model::{Bodies, Body, Contact, Creepage, Job};
 use super::overrides::put;
 use super::transient::SoundPower;
 use super::validate::validate;
 use crate::{Error, Result};
 use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
+use serde_json::{Number, Value};
 use std::path::PathBuf;
 
 /// Branches of limit cycles over a key: stable and unstable cycles, their multipliers, folds and thresholds. The first
@@ -17,8 +18,8 @@ use std::path::PathBuf;
 #[serde(deny_unknown_fields)]
 pub struct Branches {
     /// The key that the branches go along: a number of the contact, e.g. `contact.friction` or
-    /// `contact.creepage.lateral`, or `curve.radius`; its value in the job is where they begin, unless `starts` says
-    /// otherwise.
+    /// `contact.creepage.lateral`, of the damping of a body, e.g. `bodies.upper.damping.modal.by_diameter.2`, or
+    /// `curve.radius`; its value in the job is where they begin, unless `starts` says otherwise.
     pub along: String,
     /// Least value of the key, in its unit.
     #[schemars(extend("unit" = "1"))]
@@ -132,33 +133,56 @@ fn default_march() -> Cycles {
 }
 
 impl Job {
-    /// The value of a key that a branch may go along, `contact.…` or `curve.radius`; none where it is not there or is
-    /// no number.
+    /// The value of a key that a branch may go along, `contact.…`, `bodies.<body>.damping.…` or `curve.radius`; none
+    /// where it is not there or is no number.
     pub fn branch_number(&self, key: &str) -> Option<f64> {
         if key == RADIUS {
             return self.curve.as_ref().map(|c| c.radius);
         }
-        let contact = serde_json::to_value(self.contact.as_ref()?).ok()?;
-        let pointer: String = key.strip_prefix("contact.")?.split('.').map(|s| format!("/{s}")).collect();
-        contact.pointer(&pointer).and_then(Value::as_f64)
+        let (part, path) = match key.strip_prefix("contact.") {
+            Some(path) => (serde_json::to_value(self.contact.as_ref()?), path),
+            None => {
+                let (upper, path) = damping_key(key)?;
+                let body = if upper { &self.bodies.upper } else { &self.bodies.lower };
+                (serde_json::to_value(&body.as_ref()?.damping), path)
+            }
+        };
+        let pointer: String = path.split('.').map(|s| format!("/{s}")).collect();
+        part.ok()?.pointer(&pointer).and_then(Value::as_f64)
     }
 
-    /// The job with another value of a key of the contact, checked like any other job.
-    pub fn with_contact_number(&self, key: &str, value: f64) -> Result<Self> {
+    /// True if modes of the reduced model change their damping or rotation along a branch over `key`.
+    pub fn modes_change_along(&self, key: &str) -> bool {
+        damping_key(key).is_some() || (key == SPEED && self.turns())
+    }
+
+    fn turns(&self) -> bool {
+        self.bodies().iter().any(|(name, _)| self.angular_velocity(name) != 0.0)
+    }
+
+    /// The job with another value of a key of the contact or of the damping of a body, checked like any other job.
+    pub fn with_branch_number(&self, key: &str, value: f64) -> Result<Self> {
         let refused = |why: String| Error::Job(format!("analyses.cycles, at {key} = {value}: {why}"));
-        let path = key.strip_prefix("contact.").ok_or_else(|| refused("expected a key of contact".into()))?;
         let number = serde_json::Number::from_f64(value).ok_or_else(|| refused("expected a finite number".into()))?;
-        let mut contact = serde_json::to_value(&self.contact).map_err(|e| refused(e.to_string()))?;
-        put(&mut contact, &path.split('.').collect::<Vec<_>>(), Value::Number(number), "analyses.cycles.along")?;
-        let mut contact: Contact = serde_json::from_value(contact).map_err(|e| refused(e.to_string()))?;
-        if let Some(own) = &self.contact {
+        let mut job = self.clone();
+        if let Some(path) = key.strip_prefix("contact.") {
+            let own = job.contact.as_mut().ok_or_else(|| refused("expected a contact".into()))?;
+            let mut contact = with_number(own, path, number).map_err(refused)?;
             // What is not in a job file goes with it.
             contact.in_equilibrium = own.in_equilibrium;
             let friction = &contact.friction;
             let further = own.further.iter().map(|c| Contact { friction: friction.clone(), ..c.clone() });
             contact.further = further.collect();
+            *own = contact;
+        } else {
+            let Bodies { lower, upper } = &mut job.bodies;
+            let found = damping_key(key).and_then(|(is_upper, path)| {
+                let body = if is_upper { upper } else { lower };
+                Some((&mut body.as_mut()?.damping, path))
+            });
+            let (damping, path) = found.ok_or_else(|| refused("expected a key of contact or of a damping".into()))?;
+            *damping = with_number(damping, path, number).map_err(refused)?;
         }
-        let job = Self { contact: Some(contact), ..self.clone() };
         let mut given = job.clone();
         // The range is that of the branch: a step that leaves it is no fault of the job.
         given.analyses.cycles = None;
@@ -174,12 +198,32 @@ impl Job {
     }
 }
 
+/// `part` of a job with another number at `path` in it; an error in words.
+fn with_number<T>(part: &T, path: &str, number: Number) -> std::result::Result<T, String>
+where
+    T: Serialize + DeserializeOwned,
+{
+    let mut json = serde_json::to_value(part).map_err(|e| e.to_string())?;
+    let path: Vec<&str> = path.split('.').collect();
+    put(&mut json, &path, Value::Number(number), "analyses.cycles.along").map_err(|e| e.to_string())?;
+    serde_json::from_value(json).map_err(|e| e.to_string())
+}
+
+/// Parts of a key of the damping of a body: true for the upper body, and the rest of the key.
+fn damping_key(key: &str) -> Option<(bool, &str)> {
+    let of = |prefix, upper| key.strip_prefix(prefix).map(|path| (upper, path));
+    of("bodies.lower.damping.", false).or_else(|| of("bodies.upper.damping.", true))
+}
+
 /// The radius of the curve: contacts are those of the equilibrium of the vehicle.
 pub const RADIUS: &str = "curve.radius";
 
-/// Keys that may change along a branch.
+/// Rolling speed.
+const SPEED: &str = "contact.speed";
+
+/// Keys that may change along a branch, beside those of damping.
 const KEYS: [&str; 6] =
-    ["contact.friction", "contact.creepage.", "contact.normal_load", "contact.approach", "contact.speed", RADIUS];
+    ["contact.friction", "contact.creepage.", "contact.normal_load", "contact.approach", SPEED, RADIUS];
 
 /// The faults of `analyses.cycles`.
 pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
@@ -190,20 +234,18 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
     }
     let key = &wanted.along;
     let fits = |k: &str| key == k || key.strip_prefix(k).is_some_and(|r| k.ends_with('.') || r.starts_with('.'));
-    if !KEYS.iter().any(|k| fits(k)) {
+    let damping = damping_key(key);
+    if !KEYS.iter().any(|k| fits(k)) && damping.is_none() {
         faults.push(format!(
             "{path}.along: found \"{key}\", expected a key that keeps modes and mesh: of contact friction, a number of \
-             its law, creepage.longitudinal, creepage.lateral, creepage.spin, normal_load, approach or speed; or \
-             curve.radius"
+             its law, creepage.longitudinal, creepage.lateral, creepage.spin, normal_load, approach or speed; a \
+             number of bodies.lower.damping or bodies.upper.damping; or curve.radius"
         ));
         return faults;
     }
-    let turns = job.bodies().iter().any(|(name, _)| job.angular_velocity(name) != 0.0);
-    if key == "contact.speed" && turns {
-        faults.push(format!(
-            "{path}.along: found \"contact.speed\", with which the rotation of the bodies changes their modes; set \
-             bodies.*.rotation to \"none\", or follow another key"
-        ));
+    let body = damping.and_then(|(upper, _)| if upper { job.bodies.upper.as_ref() } else { job.bodies.lower.as_ref() });
+    if body.is_some_and(Body::is_half_space) {
+        faults.push(format!("{path}.along: found \"{key}\", expected the damping of a body with modes"));
     }
     match job.branch_number(key) {
         None => faults.push(format!("{path}.along: found \"{key}\", expected a key that the job gives a number for")),
@@ -228,7 +270,7 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
     if key == RADIUS && !(wanted.from > 0.0) {
         faults.push(format!("{path}.from: found {} m, expected a radius above 0", wanted.from));
     }
-    let kept = key == RADIUS || key == "contact.friction" || key.starts_with("contact.friction.");
+    let kept = key == RADIUS || damping.is_some() || fits("contact.friction");
     if contact.placement.is_some() && !kept {
         faults.push(format!(
             "{path}.along: found \"{key}\", which follows from contact.placement here; follow contact.friction, with \
@@ -286,7 +328,7 @@ mod tests {
         if let Some(contact) = &mut job.contact {
             contact.creepage.lateral = -0.01;
         }
-        let other = job.with_contact_number("contact.friction", 0.4).unwrap();
+        let other = job.with_branch_number("contact.friction", 0.4).unwrap();
         let numbers = ["contact.friction", "contact.creepage.lateral"].map(|key| other.branch_number(key));
         assert_eq!(numbers, [Some(0.4), Some(-0.01)]);
     }

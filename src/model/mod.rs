@@ -25,8 +25,7 @@ pub use measured::{measure, shifts};
 pub use pair::{combined_compliance, CoupledModel, ModeFactors};
 pub use placed::PlacedModel;
 pub use receptance::receptance;
-use rotating::Dynamics;
-pub use rotating::{travelling, turning, waves, RailMode};
+pub use rotating::{travelling, turning, waves, Dynamics, RailMode};
 
 /// Two bodies and the interface between them.
 #[derive(Debug, Clone)]
@@ -237,6 +236,16 @@ impl SharedModel {
         }
     }
 
+    /// Equations of motion of the modes with the damping and the rotation of `job`.
+    pub fn dynamics(&self, job: &Job) -> Result<Dynamics> {
+        let (lower, upper) = self.pair.omega.split_at(self.pair.lower_modes);
+        let [lower, upper] = [(Side::Lower, lower), (Side::Upper, upper)].map(|(side, omega)| {
+            let k = side.index();
+            dynamics_of(job, side, (omega, &self.pair.names[k]), (&self.own[k], self.rotation[k].as_ref()))
+        });
+        Ok(Dynamics::joined(&lower?, &upper?))
+    }
+
     /// Both bodies with the damping and the rotation of `job`. Where a state of rest does not see W it stays that of
     /// before: stability has no use for it, and it takes longer than all else here.
     pub fn pair(&mut self, job: &Job) -> Result<&CoupledModel> {
@@ -263,20 +272,28 @@ fn adapt(
         if last[k].as_ref().is_some_and(|known| known.0.as_ref() == body && known.1 == speed) {
             continue;
         }
-        let damping = damping_of(job, side, (omega, &pair.names[k]), &own[k])?;
-        let rotation = rotation[k].as_ref().map(|r| (r, speed));
-        last[k] = Some((body.cloned(), speed, Dynamics::new(omega, damping, rotation)));
+        let found = dynamics_of(job, side, (omega, &pair.names[k]), (&own[k], rotation[k].as_ref()))?;
+        last[k] = Some((body.cloned(), speed, found));
     }
     let [Some((.., lower)), Some((.., upper))] = &*last else {
         return Err(Error::Defect("a body without equations of motion".into()));
     };
-    let stiffness = lower.stiffness.joined(&upper.stiffness);
-    let changed = rotation.iter().any(Option::is_some) && stiffness != pair.stiffness;
-    pair.stiffness = stiffness;
-    pair.damping = lower.damping.joined(&upper.damping);
-    pair.turning =
-        RotationTerms::joined((lower.turning.as_ref(), &lower.damping), (upper.turning.as_ref(), &upper.damping));
+    let joined = Dynamics::joined(lower, upper);
+    let changed = rotation.iter().any(Option::is_some) && joined.stiffness != pair.stiffness;
+    (pair.stiffness, pair.damping, pair.turning) = (joined.stiffness, joined.damping, joined.turning);
     Ok(changed)
+}
+
+/// Equations of motion of the modes of the body on a side of `job`, see [`damping_of`], with its `rotation` for the
+/// unit of angular velocity, where it rotates.
+fn dynamics_of(
+    job: &Job,
+    side: Side,
+    modes: (&[f64], &[ModeLabel]),
+    (own, rotation): (&IntrinsicDamping, Option<&ModalRotation>),
+) -> Result<Dynamics> {
+    let damping = damping_of(job, side, modes, own)?;
+    Ok(Dynamics::new(modes.0, damping, rotation.map(|r| (r, job.angular_velocity(side.name())))))
 }
 
 /// Collective: the interface of rank 0 on every rank.

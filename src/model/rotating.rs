@@ -33,6 +33,18 @@ impl Dynamics {
         let damping = c + faer::Scale(speed) * &rotation.gyroscopic;
         Self { stiffness: stiffness.into(), damping: damping.into(), turning: Some(turning) }
     }
+
+    /// The modes of the lower and of the upper body, which contact forces alone couple.
+    pub fn joined(lower: &Self, upper: &Self) -> Self {
+        Self {
+            stiffness: lower.stiffness.joined(&upper.stiffness),
+            damping: lower.damping.joined(&upper.damping),
+            turning: RotationTerms::joined(
+                (lower.turning.as_ref(), &lower.damping),
+                (upper.turning.as_ref(), &upper.damping),
+            ),
+        }
+    }
 }
 
 /// A body at rest, turning with the angular velocity `speed`, rad/s: its residual compliance stays as it is, its

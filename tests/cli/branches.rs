@@ -239,6 +239,48 @@ fn a_branch_over_the_radius_has_the_creepages_of_the_curve() {
     Folder::with(other.to_string()).call(1, "check", &[]).failed(2, &["analyses.cycles.along", "curve.radius"]);
 }
 
+/// Damping, and the speed of bodies that rotate, change the modes along the branch: a cycle on it is that of a job with
+/// this damping or speed.
+#[test]
+fn a_branch_over_damping_or_speed_has_the_modes_of_each_value() {
+    for (key, pointer, [from, to]) in [
+        ("bodies.upper.damping.beta", "/bodies/upper/damping/beta", [2e-7, 3e-6]),
+        ("contact.speed", "/contact/speed", [8.0, 12.0]),
+    ] {
+        let turned = |cycles: Value| {
+            let mut job = job(cycles);
+            for body in ["lower", "upper"] {
+                job["bodies"][body]["rotation"] = json!("rolling");
+            }
+            job
+        };
+        let mut cycles = quick();
+        (cycles["along"], cycles["from"], cycles["to"], cycles["most"]) =
+            (json!(key), json!(from), json!(to), json!(3));
+        let folder = Folder::with(turned(cycles).to_string());
+        let ran = folder.call(1, "run", &[]);
+        assert!(ran.good().out.contains(&format!("limit cycles over {key}")), "{}", ran.out);
+        let read = |folder: &Folder, at: Option<usize>| -> [f64; 3] {
+            let file = open(folder.path("job.h5"));
+            let start = file.dataset("cycles/start").and_then(|d| d.read_raw::<i64>()).expect("start")[0] as usize;
+            ["key", "frequency", "kinetic"].map(|name| {
+                let all = file.dataset(&format!("cycles/{name}")).and_then(|d| d.read_raw::<f64>()).expect("numbers");
+                all[at.map_or(start, |at| at.min(all.len() - 1))]
+            })
+        };
+        let (begin, end) = (read(&folder, None), read(&folder, Some(usize::MAX)));
+        assert!((end[0] / begin[0] - 1.0).abs() > 1e-3, "{key}: {begin:?} {end:?}");
+        let mut other = quick();
+        (other["most"], other["stability"]) = (json!(1), json!(false));
+        let mut job = turned(other);
+        *job.pointer_mut(pointer).expect("the key") = json!(end[0]);
+        let beside = Folder::with(job.to_string());
+        beside.call(1, "run", &[]).good();
+        let found = read(&beside, None);
+        assert!((1..3).all(|k| (found[k] / end[k] - 1.0).abs() < 1e-4), "{key}: {end:?}, by itself {found:?}");
+    }
+}
+
 #[test]
 fn what_no_branch_can_follow_is_refused() {
     let refused = |change: Value, code: i32, parts: &[&str]| {
@@ -248,8 +290,11 @@ fn what_no_branch_can_follow_is_refused() {
         folder.call(1, "check", &[]).failed(code, parts);
     };
     for key in ["bodies.lower.material.young", "bodies.lower.mesh.cylinder.thickness", "contact.patch.half_length"] {
-        refused(json!({ "along": key }), 2, &["analyses.cycles.along", key, "friction", "creepage.lateral"]);
+        let parts = ["analyses.cycles.along", key, "friction", "creepage.lateral", "bodies.upper.damping"];
+        refused(json!({ "along": key }), 2, &parts);
     }
+    let other = "bodies.upper.damping.modal.by_diameter.2";
+    refused(json!({ "along": other }), 2, &["analyses.cycles.along", other, "a number"]);
     refused(json!({ "starts": { "at": [0.5] } }), 2, &["analyses.cycles.starts.at", "found 0.5", "0.004 to 0.02"]);
     refused(json!({ "starts": { "modes": 0 } }), 2, &["analyses.cycles.starts.modes", "at least one start"]);
     refused(json!({ "sound_power": { "from": 1.0 } }), 2, &["analyses.cycles.sound_power.from", "a period"]);

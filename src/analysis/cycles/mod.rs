@@ -22,13 +22,14 @@ use crate::case::bodies::Bodies;
 use crate::case::limit_cycle_point::watch;
 use crate::cycles::Structure;
 use crate::job::{key_unit, Branches, RADIUS};
-use crate::model::{shared, CoupledModel};
+use crate::model::{shared, CoupledModel, SharedModel};
 use crate::output::datasets::branches::{BranchTables, Onset};
 use crate::{Error, Result};
 use curve::CurveTable;
 use follow::Walker;
 use kept::KeptBranches;
 use search::{Clock, Search};
+use std::cell::RefCell;
 
 pub use kept::job_of;
 
@@ -61,7 +62,11 @@ pub fn run(
         true => Some(CurveTable::new(world, job, [wanted.from, wanted.to])?),
         false => None,
     };
-    let search = Search { job, wanted, model: pair, curve: curve.as_ref() };
+    let adapted = match job.modes_change_along(&wanted.along) {
+        true => Some(RefCell::new(SharedModel::broadcast(world, model.on_root())?)),
+        false => None,
+    };
+    let search = Search { job, wanted, model: pair, bodies: adapted.as_ref(), curve: curve.as_ref() };
     let clock = Clock::new(run.stop);
     let kept = KeptBranches::open(world, &run.options.output, run.given, &search)?;
     run.file.discard(kept.folder());
@@ -76,7 +81,7 @@ pub fn run(
         return Err(no_unstable_mode(&search, &onsets));
     }
     let transient = search.transient()?;
-    let rolling = search.rolling(job, &transient)?;
+    let rolling = search.rolling(job, &transient, pair.1)?;
     let ready = rolling.ready()?;
     let (rest, _) = ready.initial_state(&ready.model(pair.1), &rolling)?;
     let structure = Structure::new(ready.model(pair.1))?;

@@ -6,11 +6,12 @@ use crate::case::transient_problem::TransientProblem;
 use crate::cycles::{BranchExtent, Conditions, Family, Resolution};
 use crate::grid::Interface;
 use crate::job::{self, range, Branches, Job, StabilityState, StartState};
-use crate::model::CoupledModel;
+use crate::model::{CoupledModel, Dynamics, SharedModel};
 use crate::stability::grows;
 use crate::stop::Stop;
 use crate::{Error, Result};
-use std::cell::Cell;
+use std::borrow::Cow;
+use std::cell::{Cell, RefCell};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
@@ -20,6 +21,8 @@ pub(super) struct Search<'a> {
     pub(super) job: &'a Job,
     pub(super) wanted: &'a Branches,
     pub(super) model: (&'a Interface, &'a CoupledModel),
+    /// The bodies at any value of the key, where it changes their damping or rotation.
+    pub(super) bodies: Option<&'a RefCell<SharedModel>>,
     /// Contacts over the radius of the curve, where that is the key.
     pub(super) curve: Option<&'a CurveTable>,
 }
@@ -28,12 +31,16 @@ impl Family for Search<'_> {
     fn conditions(&self, key: f64) -> Result<Conditions> {
         let job = self.job_at(key)?;
         range(&job)?;
-        let transient = self.transient()?;
-        let rolling = self.rolling(&job, &transient)?;
+        let (transient, pair) = (self.transient()?, self.pair(&job)?);
+        let rolling = self.rolling(&job, &transient, &pair)?;
         let ready = rolling.ready()?;
-        let model = ready.model(self.model.1);
+        let model = ready.model(&pair);
         let (_, settings) = ready.initial_state(&model, &rolling)?;
         Ok(Conditions { settings, interface: ready.interface().clone() })
+    }
+
+    fn dynamics(&self, key: f64) -> Result<Option<Dynamics>> {
+        self.bodies.map(|bodies| bodies.borrow().dynamics(&self.job_at(key)?)).transpose()
     }
 }
 
@@ -43,8 +50,16 @@ impl<'a> Search<'a> {
         match self.curve {
             Some(curve) => curve.job_at(self.job, key),
             None if self.job.branch_number(&self.wanted.along) == Some(key) => Ok(self.job.clone()),
-            None => self.job.with_contact_number(&self.wanted.along, key),
+            None => self.job.with_branch_number(&self.wanted.along, key),
         }
+    }
+
+    /// Both bodies with the damping and the rotation of `job`.
+    pub(super) fn pair(&self, job: &Job) -> Result<Cow<'a, CoupledModel>> {
+        Ok(match self.bodies {
+            Some(bodies) => Cow::Owned(bodies.borrow_mut().pair(job)?.clone()),
+            None => Cow::Borrowed(self.model.1),
+        })
     }
 
     /// The values of the key at which unstable modes are looked for.
@@ -63,13 +78,18 @@ impl<'a> Search<'a> {
         }))
     }
 
-    /// The transient of `job`, which has the same bodies.
-    pub(super) fn rolling<'b>(&self, job: &'b Job, wanted: &'b job::Transient) -> Result<TransientProblem<'b>>
+    /// The transient of `job` on the bodies `pair`.
+    pub(super) fn rolling<'b>(
+        &self,
+        job: &'b Job,
+        wanted: &'b job::Transient,
+        pair: &'b CoupledModel,
+    ) -> Result<TransientProblem<'b>>
     where
         'a: 'b,
     {
         let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("limit cycles without contact".into()))?;
-        Ok(TransientProblem { job, wanted, contact, model: self.model })
+        Ok(TransientProblem { job, wanted, contact, model: (self.model.0, pair) })
     }
 
     fn stability(&self) -> Result<&'a job::Stability> {
@@ -80,8 +100,9 @@ impl<'a> Search<'a> {
     /// The eigenvalues about rest at a value of the key.
     pub(super) fn with_problem<T>(&self, key: f64, found: impl FnOnce(StabilityProblem<'_>) -> Result<T>) -> Result<T> {
         let job = self.job_at(key)?;
+        let pair = self.pair(&job)?;
         let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("limit cycles without contact".into()))?;
-        found(StabilityProblem { job: &job, stability: self.stability()?, contact, model: self.model })
+        found(StabilityProblem { job: &job, stability: self.stability()?, contact, model: (self.model.0, &pair) })
     }
 
     /// Growth rates about rest, 1/s, and frequencies, Hz, of the modes that oscillate, by falling growth rate; and

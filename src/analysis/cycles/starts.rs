@@ -6,7 +6,7 @@ use super::search::{is_local, Search};
 use crate::case::limit_cycle_point::LimitCyclePoint;
 use crate::case::transient_problem::scale;
 use crate::cycles::branch::{solve, solve_under};
-use crate::cycles::corrector::Condition;
+use crate::cycles::corrector::{Condition, Equations};
 use crate::cycles::{
     cycle_of_mode, multipliers, BranchPoint, BranchState, ContactJacobian, ContactMemory, Family, GrowingMotion,
     Resolution,
@@ -228,7 +228,7 @@ impl Walker<'_, '_> {
         let key = equations.key_of(&found.u);
         let values = match self.search.wanted.stability {
             true => Some(multipliers(
-                self.structure,
+                &*equations.structure_at(key)?,
                 &self.search.conditions(key)?,
                 &found.cycle,
                 self.search.resolution(),
@@ -250,8 +250,9 @@ impl Walker<'_, '_> {
     fn grown(&self, key: f64, mode: usize, resolution: Resolution) -> Result<Guess> {
         let (Guess { z, scale: [unit, omega, _], memory, .. }, rate) = self.small_motion(key, mode, resolution)?;
         let motions = GrowingMotion(self.search.conditions(key)?);
-        let mut equations = self.equations([unit, omega, rate], memory);
-        (equations.family, equations.resolution) = (&motions, resolution);
+        let equations = self.equations([unit, omega, rate], memory);
+        let structure = equations.structure_at(key)?;
+        let mut equations = Equations { structure: &structure, family: &motions, resolution, ..equations };
         equations.key = [rate, rate];
         let mut u: Vec<f64> = z.iter().map(|z| z / unit).collect();
         u.extend([1.0, 0.0]);
@@ -275,14 +276,15 @@ impl Walker<'_, '_> {
         let (search, structure) = (self.search, self.structure);
         let job = search.job_at(key)?;
         let cycles = &search.wanted.march;
-        let attempt = LimitCyclePoint { job: &job, cycles, model: search.model, heard: None, mode };
+        let pair = search.pair(&job)?;
+        let attempt = LimitCyclePoint { job: &job, cycles, model: (search.model.0, &pair), heard: None, mode };
         let motion = attempt.follow(None)?.motion.ok_or_else(|| {
             Error::NotConverged("limit cycles: the motion that begins with this mode dies out".into())
         })?;
         let transient = search.transient()?;
-        let rolling = search.rolling(&job, &transient)?;
+        let rolling = search.rolling(&job, &transient, &pair)?;
         let ready = rolling.ready()?;
-        let model = ready.model(search.model.1);
+        let model = ready.model(&pair);
         let (mut state, settings) = ready.initial_state(&model, &rolling)?;
         state.q.iter_mut().zip(&motion.q).for_each(|(q, d)| *q += d);
         state.v.iter_mut().zip(&motion.v).for_each(|(v, d)| *v += d);
@@ -309,16 +311,16 @@ impl Walker<'_, '_> {
             return Err(Error::NotConverged("limit cycles: the mode of rest is not found again".into()));
         };
         let job = search.job_at(key)?;
-        let transient = search.transient()?;
-        let rolling = search.rolling(&job, &transient)?;
+        let (transient, pair) = (search.transient()?, search.pair(&job)?);
+        let rolling = search.rolling(&job, &transient, &pair)?;
         let ready = rolling.ready()?;
-        let (rest, _) = ready.initial_state(&ready.model(search.model.1), &rolling)?;
+        let (rest, _) = ready.initial_state(&ready.model(&pair), &rolling)?;
         // The motion at which a node at the contact reaches the velocity of the creepage, the largest one of several.
         let omega = mode.value.im.abs();
         let creep = |c: &Contact| c.creepage.longitudinal.hypot(c.creepage.lateral) * c.speed;
         let creep = rolling.contact.all().map(creep).fold(0.0, f64::max);
         let amplitude = if creep > 0.0 { creep / omega } else { 100.0 * search.wanted.march.amplitude };
-        let factor = scale(search.model.1, &mode.modal, amplitude);
+        let factor = scale(&pair, &mode.modal, amplitude);
         let turn = |z: &Complex64| if mode.value.im < 0.0 { z.conj() } else { *z };
         let modal: Vec<Complex64> = mode.modal.iter().map(|q| turn(&(factor * q))).collect();
         let first = structure.at_contact(&modal);

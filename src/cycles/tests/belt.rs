@@ -11,27 +11,27 @@ use crate::transient::Energy;
 type C = num_complex::Complex<f64>;
 
 /// Constant of the friction law, m/s.
-const FALL: f64 = 0.3;
+pub(super) const FALL: f64 = 0.3;
 /// Velocity of the belt on which rest loses its stability, m/s.
-fn onset() -> f64 {
+pub(super) fn onset() -> f64 {
     FALL * (LOAD * 0.2 / (FALL * DAMPING)).ln()
 }
 
 /// Modes along the belt: angular frequencies, rad/s, and damping, 1/s.
-struct Modes {
+pub(super) struct BeltModes {
     residual: Mat<f64>,
     shapes: Mat<f64>,
     omega: Vec<f64>,
     damping: Vec<f64>,
 }
 
-impl Modes {
-    fn new(omega: &[f64], damping: &[f64]) -> Self {
+impl BeltModes {
+    pub(super) fn new(omega: &[f64], damping: &[f64]) -> Self {
         let shapes = Mat::from_fn(3, omega.len(), |i, _| f64::from(u8::from(i == 0)));
         Self { residual: Belt::residual(), shapes, omega: omega.to_vec(), damping: damping.to_vec() }
     }
 
-    fn model<'a>(&'a self, belt: &'a Belt) -> Model<'a> {
+    pub(super) fn model<'a>(&'a self, belt: &'a Belt) -> Model<'a> {
         Model {
             interface: &belt.0,
             residual: self.residual.as_ref(),
@@ -45,7 +45,7 @@ impl Modes {
     }
 }
 
-fn equations<'e, 'a>(
+pub(super) fn equations<'e, 'a>(
     belt: &'e Belt,
     structure: &'e Structure<'a>,
     resolution: Resolution,
@@ -60,7 +60,10 @@ fn equations<'e, 'a>(
 }
 
 /// The cycle whose velocity has `amplitude` (m/s) in the first mode, with the velocity of the belt unknown.
-fn smooth(equations: &mut Equations<'_, '_>, amplitude: f64) -> (f64, Vec<f64>, PeriodicSolution, ContactJacobian) {
+pub(super) fn smooth(
+    equations: &mut Equations<'_, '_>,
+    amplitude: f64,
+) -> (f64, Vec<f64>, PeriodicSolution, ContactJacobian) {
     let r = equations.structure.rank();
     let v = equations.key[0];
     let mu = equations.family.conditions(v).unwrap().settings.friction.coefficient(v);
@@ -103,7 +106,7 @@ fn in_cycle<'a>(belt: &Belt, model: Model<'a>, v: f64, cycle: &PeriodicSolution,
 /// From an unstable cycle marching leaves at the rate of its multiplier, and the kernel has the same multipliers.
 #[test]
 fn marching_leaves_an_unstable_cycle_at_the_rate_of_its_multiplier() {
-    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let (belt, modes) = (Belt::new(), BeltModes::new(&[OMEGA], &[DAMPING]));
     let structure = Structure::new(modes.model(&belt)).unwrap();
     let mut equations = equations(&belt, &structure, RESOLUTION, onset());
     let (v, _, cycle, _) = smooth(&mut equations, 0.3);
@@ -148,7 +151,7 @@ fn with_stick(
 /// A motion beside a stable cycle with stick comes back to it, and stays for two hundred periods.
 #[test]
 fn marching_stays_in_a_stable_cycle() {
-    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let (belt, modes) = (Belt::new(), BeltModes::new(&[OMEGA], &[DAMPING]));
     let model = modes.model(&belt);
     let structure = Structure::new(model.clone()).unwrap();
     let v = 0.62;
@@ -175,7 +178,7 @@ fn marching_stays_in_a_stable_cycle() {
 /// Without stick the steps are of second order, by four each time that they are halved.
 #[test]
 fn cycles_converge_with_the_second_order_of_the_time_step() {
-    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let (belt, modes) = (Belt::new(), BeltModes::new(&[OMEGA], &[DAMPING]));
     let structure = Structure::new(modes.model(&belt)).unwrap();
     let found: Vec<f64> = [100, 200, 400]
         .map(|samples| {
@@ -190,7 +193,7 @@ fn cycles_converge_with_the_second_order_of_the_time_step() {
 /// The kernel beside the forces of two marches on either side of a cycle.
 #[test]
 fn kernel_is_the_derivative_of_the_contact_forces() {
-    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let (belt, modes) = (Belt::new(), BeltModes::new(&[OMEGA], &[DAMPING]));
     let structure = Structure::new(modes.model(&belt)).unwrap();
     let resolution = Resolution { harmonics: 6, samples: 100 };
     let (v, u, cycle, _) = smooth(&mut equations(&belt, &structure, resolution, onset()), 0.3);
@@ -231,9 +234,9 @@ fn bessel(n: i32, x: f64) -> f64 {
 }
 
 /// The branch from a small cycle on, with a second mode.
-fn with_second_mode(frequency: f64, damping: f64) -> (Vec<BranchPoint>, Modes) {
+fn with_second_mode(frequency: f64, damping: f64) -> (Vec<BranchPoint>, BeltModes) {
     let belt = Belt::new();
-    let modes = Modes::new(&[OMEGA, 2.0 * PI * frequency], &[DAMPING, damping]);
+    let modes = BeltModes::new(&[OMEGA, 2.0 * PI * frequency], &[DAMPING, damping]);
     let structure = Structure::new(modes.model(&belt)).unwrap();
     let resolution = Resolution { harmonics: 6, samples: 240 };
     let mut equations = equations(&belt, &structure, resolution, onset());
@@ -299,7 +302,7 @@ impl Family for Slow {
 /// A branch ends where the model does not hold, with the reason.
 #[test]
 fn branch_ends_with_the_reason_where_the_model_does() {
-    let (slow, modes) = (Slow(Belt::new(), 0.55), Modes::new(&[OMEGA], &[DAMPING]));
+    let (slow, modes) = (Slow(Belt::new(), 0.55), BeltModes::new(&[OMEGA], &[DAMPING]));
     let structure = Structure::new(modes.model(&slow.0)).unwrap();
     let resolution = Resolution { harmonics: 6, samples: 100 };
     let mut equations = Equations { family: &slow, ..equations(&slow.0, &structure, resolution, onset()) };
@@ -317,7 +320,7 @@ fn branch_ends_with_the_reason_where_the_model_does() {
 /// Shorter steps, and the way back, find the same fold and the same first stick.
 #[test]
 fn branch_does_not_depend_on_length_and_direction_of_its_steps() {
-    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let (belt, modes) = (Belt::new(), BeltModes::new(&[OMEGA], &[DAMPING]));
     let structure = Structure::new(modes.model(&belt)).unwrap();
     let resolution = Resolution { harmonics: 8, samples: 120 };
     let places = [0.2, 0.07].map(|longest| {
@@ -366,7 +369,7 @@ fn branch_does_not_depend_on_length_and_direction_of_its_steps() {
 /// whole approach.
 #[test]
 fn node_first_opens_where_the_motion_takes_back_the_approach() {
-    let (belt, mut modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let (belt, mut modes) = (Belt::new(), BeltModes::new(&[OMEGA], &[DAMPING]));
     let lean = 2e-3;
     modes.shapes[(2, 0)] = lean;
     let structure = Structure::new(modes.model(&belt)).unwrap();
@@ -401,7 +404,7 @@ fn node_first_opens_where_the_motion_takes_back_the_approach() {
 /// larger ones, so that the growth rate rises before it falls where they begin to stick.
 #[test]
 fn growing_motions_lead_to_the_cycle_that_is_marched_to() {
-    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA], &[DAMPING]));
+    let (belt, modes) = (Belt::new(), BeltModes::new(&[OMEGA], &[DAMPING]));
     let model = modes.model(&belt);
     let structure = Structure::new(model.clone()).unwrap();
     let v = 0.45;
@@ -430,7 +433,7 @@ fn growing_motions_lead_to_the_cycle_that_is_marched_to() {
 /// The assembled Jacobian beside central differences of the equations, for motions that grow with 5 1/s.
 #[test]
 fn jacobian_is_the_derivative_of_the_equations() {
-    let (belt, modes) = (Belt::new(), Modes::new(&[OMEGA, 1.63 * OMEGA], &[DAMPING, 15.5]));
+    let (belt, modes) = (Belt::new(), BeltModes::new(&[OMEGA, 1.63 * OMEGA], &[DAMPING, 15.5]));
     let structure = Structure::new(modes.model(&belt)).unwrap();
     let resolution = Resolution { harmonics: 6, samples: 120 };
     let mut equations = equations(&belt, &structure, resolution, onset());
@@ -440,7 +443,7 @@ fn jacobian_is_the_derivative_of_the_equations() {
     let (n, mut u) = (equations.size(), u);
     u[n + 1] = 0.0;
     let contact = equations.derivatives(&u).unwrap();
-    let jacobian = equations.assemble(&contact, &u);
+    let jacobian = equations.assemble(&contact, &u).unwrap();
     for (column, by) in [(1, 1e-4), (2, 1e-4), (n, 1e-5), (n + 1, 1e-2)] {
         let mut lack = |by: f64| {
             let mut u = u.clone();

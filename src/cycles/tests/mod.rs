@@ -14,6 +14,7 @@ use faer::Mat;
 use std::f64::consts::PI;
 
 mod belt;
+mod damped;
 mod hulten;
 mod rolling;
 mod two_contacts;
