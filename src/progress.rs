@@ -59,12 +59,13 @@ impl Progress {
     /// Within a stage: `done` of `total` pieces of work that take equal times, with the time left estimated from those
     /// done.
     pub fn step(&mut self, what: &str, done: usize, total: usize) {
+        let Some((_, begun)) = self.current.as_ref().filter(|_| self.loud) else { return };
+        let since = |time: Instant| (time - self.start).as_secs_f64();
+        // Also a count that is not told is one to go by, the first one of its kind above all.
+        let left = self.pace.left(what, (done, total), since(*begun), since(Instant::now()));
         if !self.is_due() {
             return;
         }
-        let Some((_, begun)) = &self.current else { return };
-        let since = |time: Instant| (time - self.start).as_secs_f64();
-        let left = self.pace.left(what, (done, total), since(*begun), since(self.last));
         self.say(&format!("   {}", count(what, done, total, left)), true);
     }
 

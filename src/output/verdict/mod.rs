@@ -1,6 +1,7 @@
 //! The verdict on a result in a sentence: what squeals and what would end it, or what is least damped. The summary
 //! begins with it, and the group `/verdict` has it for the report.
 
+mod branches;
 mod names;
 mod numbers;
 mod sweep;
@@ -68,6 +69,7 @@ impl Verdict {
         let swept = tables.has("/sweep/keys").then(|| sweep::points(&tables));
         let mut notes: Vec<String> = swept.iter().map(|(_, text)| text.clone()).collect();
         notes.extend(sweep::loudest_cycle(&tables));
+        notes.extend(branches::limit_cycles(&tables));
         let (kind, sentence) = if tables.has("/stability/eigenvalue") {
             notes.extend(without_modes(job, &tables));
             by_stability(job, &tables)
