@@ -7,7 +7,9 @@
 use std::time::Instant;
 
 use railsqueal::body::half_space::HalfSpace;
-use railsqueal::contact::{Continuation, Creepage, Influence, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
+use railsqueal::contact::{
+    ContactCreepage, Continuation, Influence, NormalLoad, PatchKinematics, SteadyProblem, Stencil,
+};
 use railsqueal::friction::FrictionLaw;
 use railsqueal::grid::Interface;
 use railsqueal::model::{combined_compliance, Convolution};
@@ -34,7 +36,7 @@ fn main() {
 
 fn curve(begun: Instant, kind: &str, interface: &Interface, compliance: Influence<'_>) {
     println!("{kind}");
-    let at = |lateral: f64| Creepage { longitudinal: 0.0, lateral, spin: 0.1 };
+    let at = |lateral: f64| ContactCreepage { longitudinal: 0.0, lateral, spin: 0.1 };
     let problem = SteadyProblem {
         interface,
         compliance,

@@ -18,11 +18,11 @@ use railsqueal::body::rotation::{centrifugal, ModalRotation, RotationForms};
 use railsqueal::body::statics::Statics;
 use railsqueal::body::FullSystem;
 use railsqueal::contact::{
-    Creepage, LinearContact, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem, Stencil,
+    ContactCreepage, LinearContact, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem, Stencil,
 };
 use railsqueal::eigen::sparse::Method;
 use railsqueal::fem::rotation::Axis;
-use railsqueal::fem::Material;
+use railsqueal::fem::ElasticMaterial;
 use railsqueal::friction::FrictionLaw;
 use railsqueal::grid::{ContactGrid, Interface};
 use railsqueal::mesh::cylinder::{self, CylinderSpec};
@@ -30,10 +30,10 @@ use railsqueal::model::combined_compliance;
 use railsqueal::parallel::World;
 use railsqueal::petsc::Petsc;
 use railsqueal::stability::full::system::System;
-use railsqueal::stability::full::{Coupling, DampedBody, Damping, Spin};
+use railsqueal::stability::full::{Coupling, DampedBody, RayleighDamping, Spin};
 
-const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
-const DAMPING: Damping = Damping { alpha: 1.0, beta: 1e-6 };
+const STEEL: ElasticMaterial = ElasticMaterial { young: 205e9, poisson: 0.3, density: 7800.0 };
+const DAMPING: RayleighDamping = RayleighDamping { alpha: 1.0, beta: 1e-6 };
 const HEIGHT: f64 = 2.0 * std::f64::consts::PI * 2000.0;
 const COUNT: usize = 20;
 /// Largest element, m.
@@ -164,7 +164,7 @@ fn sliding(world: &World, petsc: &Petsc, bodies: &[FeBody], interface: Option<In
         interface: &interface,
         compliance: w.as_ref(),
         friction: FrictionLaw::Constant(0.3),
-        kinematics: PatchKinematics::one(10.0, Creepage { longitudinal: 0.0, lateral: 0.01, spin: 0.0 }),
+        kinematics: PatchKinematics::one(10.0, ContactCreepage { longitudinal: 0.0, lateral: 0.01, spin: 0.0 }),
         loads: NormalLoad::Force(70e3).into(),
         stencil: Stencil::default(),
         direction: SlidingDirection::Rigid,

@@ -8,11 +8,11 @@
 //! `COUNTS=once` counts what its ranks do, `SLEPC=1` with SLEPc as well. Lines that begin with `row:` are for tables:
 //! what, wall time in s, processor time in s, peak memory in GB.
 
-use railsqueal::eigen::sparse::{modes, Matrices, Method, ModesOptions, ShiftedFactor};
+use railsqueal::eigen::sparse::{modes, DistributedMatrices, Method, ModesOptions, ShiftedFactor};
 use railsqueal::eigen::{nearest_by, Shifted, Sizes};
 use railsqueal::fem::assembly::Operators;
 use railsqueal::fem::dofs::DofMap;
-use railsqueal::fem::Material;
+use railsqueal::fem::ElasticMaterial;
 use railsqueal::mesh::cylinder::{self, CylinderSpec};
 use railsqueal::mesh::distribute::{distribute, MeshPart};
 use railsqueal::parallel::World;
@@ -117,7 +117,7 @@ fn run(world: &World, size: f64, graded: bool, count: usize, options: &[String])
     let part = distribute(world, mesh.as_ref())?;
     clock.lap("its parts");
     let dofs = DofMap::new(world, &part, &["inner".to_string()]);
-    let material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
+    let material = ElasticMaterial { young: 205e9, poisson: 0.3, density: 7800.0 };
     let operators = Operators::new(world, &part, &dofs, &material)?;
     drop(mesh);
     let (k, m) = (&operators.stiffness, &operators.mass);
@@ -167,7 +167,7 @@ fn run(world: &World, size: f64, graded: bool, count: usize, options: &[String])
         factor.inverse_block(&rows)?;
         clock.lap(&format!("inverse block of {side} rows"));
     }
-    let pencil = Matrices::new(world, k, m);
+    let pencil = DistributedMatrices::new(world, k, m);
     if std::env::var_os("SIZES").is_some() {
         return sizes(world, &mut factor, &pencil, count, &mut clock);
     }
@@ -193,7 +193,7 @@ fn run(world: &World, size: f64, graded: bool, count: usize, options: &[String])
 fn sizes(
     world: &World,
     factor: &mut Factor,
-    pencil: &Matrices,
+    pencil: &DistributedMatrices,
     count: usize,
     clock: &mut Clock,
 ) -> railsqueal::Result<()> {
@@ -270,7 +270,7 @@ fn counts(
         let entries = [counted.factor_entries, counted.entries_max].map(|n| n as f64);
         println!("row: counted | {} | {} | {} | {}", counted.flops, counted.flops_max, entries[0], entries[1]);
     }
-    let pencil = Matrices::new(world, k, m);
+    let pencil = DistributedMatrices::new(world, k, m);
     let wanted = ModesOptions { sigma: 0.0, count, method: Method::Blocks, prefix: String::new() };
     let found = modes(petsc, &mut factor, &pencil, &wanted, &mut |_, _| ())?;
     clock.lap(&format!("modes, {} right-hand sides", found.solves));

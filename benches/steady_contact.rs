@@ -11,7 +11,9 @@ use std::time::Instant;
 
 use faer::Mat;
 use railsqueal::body::half_space::HalfSpace;
-use railsqueal::contact::{Creepage, Influence, NormalLoad, PatchKinematics, SteadyProblem, SteadySolution, Stencil};
+use railsqueal::contact::{
+    ContactCreepage, Influence, NormalLoad, PatchKinematics, SteadyProblem, SteadySolution, Stencil,
+};
 use railsqueal::grid::Interface;
 use railsqueal::model::{combined_compliance, Convolution};
 
@@ -38,7 +40,7 @@ fn cpu() -> f64 {
 }
 
 /// One of the random cases on `nodes` lines each way: 25 of 31 lie across the contact, which holds about 490 of them.
-fn case(random: &mut Random, nodes: usize) -> (Interface, Creepage) {
+fn case(random: &mut Random, nodes: usize) -> (Interface, ContactCreepage) {
     let curvature = [2.0 * (1.0 + 0.3 * random.next()), 2.0 * (1.0 + 0.3 * random.next())];
     let modulus = 1.0 / (1.0 / STEEL.plane() + 1.0 / SOFT.plane());
     // Radius of the circle of the mean curvature.
@@ -46,12 +48,15 @@ fn case(random: &mut Random, nodes: usize) -> (Interface, Creepage) {
     let a = (0.75 * LOAD / (modulus * mean)).cbrt();
     let r = (curvature[1] / curvature[0]).powf(1.0 / 3.0);
     let interface = Interface::paraboloid(nodes, nodes, [a * r * 1.2, a / r * 1.2], curvature).unwrap();
-    let creepage =
-        Creepage { longitudinal: 4e-3 * random.next(), lateral: 4e-3 * random.next(), spin: 0.6 * random.next() };
+    let creepage = ContactCreepage {
+        longitudinal: 4e-3 * random.next(),
+        lateral: 4e-3 * random.next(),
+        spin: 0.6 * random.next(),
+    };
     (interface, creepage)
 }
 
-fn problem<'a>(interface: &'a Interface, compliance: Influence<'a>, creepage: Creepage) -> SteadyProblem<'a> {
+fn problem<'a>(interface: &'a Interface, compliance: Influence<'a>, creepage: ContactCreepage) -> SteadyProblem<'a> {
     SteadyProblem {
         interface,
         compliance,
@@ -98,7 +103,7 @@ const HEAD: &str =
     "case nodes closed stick     xi      eta     phi  iterations products  residual   wall_s    cpu_s   \
                     tangential_force/muN";
 
-fn line(case: usize, c: &Creepage, s: &SteadySolution, times: [f64; 2]) {
+fn line(case: usize, c: &ContactCreepage, s: &SteadySolution, times: [f64; 2]) {
     let count = |k: u8| s.state.iter().filter(|&&v| v == k).count();
     println!(
         "{case:4} {:5} {:6} {:5} {:8.5} {:8.5} {:7.4} {:10} {:8}  {:9.1e} {:8.4} {:8.4}   {:.4}",

@@ -21,7 +21,7 @@ use faer::{Accum, Mat, Par};
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::body::{ModalMatrix, ReducedBody};
 use railsqueal::contact::{
-    Creepage, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem, SteadyProblem, Stencil,
+    ContactCreepage, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem, SteadyProblem, Stencil,
 };
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
@@ -30,7 +30,8 @@ use railsqueal::model::CoupledModel;
 use railsqueal::output::Reader;
 use railsqueal::stability::reduced::eigenpairs;
 use railsqueal::transient::{
-    ContactSolver, DelassusOperator, Effort, Loading, Memory, Model, Scheme, Settings, State, StepProblem, Stepper,
+    ContactSolver, DelassusOperator, Effort, Loading, Model, NewtonMemory, Scheme, Settings, State, StepProblem,
+    Stepper,
 };
 
 /// Step, s.
@@ -181,7 +182,7 @@ fn measure(stepper: &mut Stepper<'_>, steps: usize, name: &str) {
     );
 }
 
-fn settings(friction: FrictionLaw, approach: f64, creepage: Creepage, speed: f64) -> Settings {
+fn settings(friction: FrictionLaw, approach: f64, creepage: ContactCreepage, speed: f64) -> Settings {
     Settings {
         scheme: Scheme { step: STEP, theta: 0.5 },
         friction,
@@ -221,7 +222,7 @@ fn half_spaces() {
         turning: None,
         load: &[],
     };
-    let creepage = Creepage { lateral: 0.006, ..Creepage::default() };
+    let creepage = ContactCreepage { lateral: 0.006, ..ContactCreepage::default() };
     let statics = model.statics();
     let falling = FrictionLaw::from(Exponential::new(0.35, 0.25, 0.2));
     for (friction, name) in [(FrictionLaw::Constant(0.3), "constant friction"), (falling, "falling friction")] {
@@ -256,7 +257,7 @@ struct Case {
     friction: FrictionLaw,
     load: f64,
     speed: f64,
-    creepage: Creepage,
+    creepage: ContactCreepage,
 }
 
 fn read(path: &str) -> Case {
@@ -284,7 +285,7 @@ fn read(path: &str) -> Case {
         friction: FrictionLaw::Constant(number("/contact/friction")),
         load: number("/contact/normal_load"),
         speed: number("/contact/speed"),
-        creepage: Creepage {
+        creepage: ContactCreepage {
             longitudinal: creepage("longitudinal"),
             lateral: creepage("lateral"),
             spin: creepage("spin"),
@@ -427,8 +428,8 @@ fn again(problem: &StepProblem<'_>, start: usize, free: &[f64], before: &[f64]) 
     problem.matrix.times(before, &mut response);
     let (guess, known) = if start == 2 { (before, Some(&response[..])) } else { (&zero[..], None) };
     let last = StepProblem { free, ..*problem };
-    let mut memory = Memory::default();
-    let solve = |problem: &StepProblem<'_>, guess: &[f64], known: Option<&[f64]>, memory: &mut Memory| {
+    let mut memory = NewtonMemory::default();
+    let solve = |problem: &StepProblem<'_>, guess: &[f64], known: Option<&[f64]>, memory: &mut NewtonMemory| {
         let mut effort = Effort::default();
         let begun = Instant::now();
         let found = problem.solve(ContactSolver::Newton, black_box(guess), known, &[], memory, &mut effort);

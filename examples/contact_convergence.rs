@@ -3,7 +3,7 @@
 //! stencil. Grids by argument (nodes per contact radius), default 6 8 10 12 16 20 24.
 
 use railsqueal::body::half_space::HalfSpace;
-use railsqueal::contact::{Creepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
+use railsqueal::contact::{ContactCreepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
 
@@ -38,7 +38,10 @@ fn main() {
                     interface: &s,
                     compliance: w.as_ref().into(),
                     friction: railsqueal::friction::FrictionLaw::Constant(0.3),
-                    kinematics: PatchKinematics::one(10.0, Creepage { longitudinal: xi, lateral: eta, spin: phi }),
+                    kinematics: PatchKinematics::one(
+                        10.0,
+                        ContactCreepage { longitudinal: xi, lateral: eta, spin: phi },
+                    ),
                     loads: NormalLoad::Force(load).into(),
                     stencil,
                     tolerance: 1e-8,

@@ -10,10 +10,10 @@
 //!
 //! ```
 //! use railsqueal::placement::builtin::{rail_60e1, s1002};
-//! use railsqueal::placement::{Placement, Position, Press, TrackSide};
+//! use railsqueal::placement::{Position, Press, RailSide, WheelPlacement};
 //!
-//! let placement = Placement {
-//!     side: TrackSide::Right,
+//! let placement = WheelPlacement {
+//!     side: RailSide::Right,
 //!     gauge: 1.435,
 //!     gauge_depth: 0.014,
 //!     cant: 0.025_f64.atan(),

@@ -355,7 +355,7 @@ fn print_curving(world: &World, path: &Path, changes: &Changes, contact: bool) -
     world.on_root(|| {
         let nodes = plan.map_or(0, |p| p.bodies.iter().map(|b| b.nodes).sum());
         preflight::of_job(&job, &meshes, nodes)?;
-        let found = curving::Curving::from_job(&job)?;
+        let found = curving::CurvingVehicle::from_job(&job)?;
         let mut lines = found.lines();
         lines.extend(found.warnings(&job).into_iter().map(|w| format!("warning: {w}")));
         if contact {

@@ -3,8 +3,8 @@
 
 use faer::Mat;
 use railsqueal::body::half_space::HalfSpace;
-use railsqueal::contact::consistent::{augmentation, ConsistentSolution, ConsistentSteady, Surface};
-use railsqueal::contact::{Creepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
+use railsqueal::contact::consistent::{augmentation, ConsistentSolution, ConsistentSteady, ConsistentSurface};
+use railsqueal::contact::{ContactCreepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
@@ -45,7 +45,7 @@ impl Pair {
             interface: &self.interface,
             compliance: self.w.as_ref().into(),
             friction: FrictionLaw::Constant(MU),
-            kinematics: PatchKinematics::one(10.0, Creepage { longitudinal, lateral, spin }),
+            kinematics: PatchKinematics::one(10.0, ContactCreepage { longitudinal, lateral, spin }),
             loads: NormalLoad::Force(LOAD).into(),
             stencil: Stencil::default(),
             tolerance: 1e-9,
@@ -194,7 +194,7 @@ fn what_it_is_not_for_is_refused() {
 }
 
 /// ∫Nᵀ of the projections of equation (3) over all cells, written down once more: `u` (x, y, n) at the nodes.
-fn projected(s: &Interface, surface: &Surface, forces: &[f64], u: &[f64], rho: [f64; 2]) -> Vec<f64> {
+fn projected(s: &Interface, surface: &ConsistentSurface, forces: &[f64], u: &[f64], rho: [f64; 2]) -> Vec<f64> {
     let stress = surface.field(forces);
     let nx = s.patches[0].x.len();
     let mut out = vec![0.0; forces.len()];
@@ -305,7 +305,7 @@ fn a_step_is_the_fixed_point_of_the_paper() {
             stepper.advance().unwrap();
         }
         let n = pair.interface.len();
-        let surface = Surface::new(&pair.interface.patches[0]);
+        let surface = ConsistentSurface::new(&pair.interface.patches[0]);
         let rho = augmentation(&pair.problem([0.0; 3]));
         let rho = [rho.normal, rho.tangential / 0.5e-3];
         let posed = stepper.problem_view().unwrap();

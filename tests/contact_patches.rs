@@ -4,7 +4,7 @@
 use faer::Mat;
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::contact::{
-    Creepage, LoadedMotion, Loads, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem, SteadyProblem,
+    ContactCreepage, LoadedMotion, Loads, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem, SteadyProblem,
     SteadySolution, Stencil, Tangent,
 };
 use railsqueal::friction::{Exponential, FrictionLaw};
@@ -75,10 +75,10 @@ impl Humps {
     }
 
     /// Rolling of the patches that is the rolling `creepage` of the large grid.
-    fn rolling(creepage: Creepage) -> Vec<PatchKinematics> {
+    fn rolling(creepage: ContactCreepage) -> Vec<PatchKinematics> {
         let of = |c: usize| {
             let longitudinal = creepage.longitudinal - creepage.spin * Self::middle(c);
-            PatchKinematics { speed: 10.0, creepage: Creepage { longitudinal, ..creepage } }
+            PatchKinematics { speed: 10.0, creepage: ContactCreepage { longitudinal, ..creepage } }
         };
         vec![of(0), of(1)]
     }
@@ -123,8 +123,8 @@ fn two_patches_are_the_humps_of_one_grid() {
     let h = Humps::new();
     let falling = FrictionLaw::from(Exponential::new(0.4, 0.25, 0.1).remembering(1e-3));
     for (friction, creepage) in [
-        (FrictionLaw::Constant(MU), Creepage { longitudinal: 1e-3, lateral: -2e-3, spin: 0.3 }),
-        (falling, Creepage { longitudinal: 0.0, lateral: 3e-3, spin: -0.2 }),
+        (FrictionLaw::Constant(MU), ContactCreepage { longitudinal: 1e-3, lateral: -2e-3, spin: 0.3 }),
+        (falling, ContactCreepage { longitudinal: 0.0, lateral: 3e-3, spin: -0.2 }),
     ] {
         for load in [NormalLoad::Approach(9e-5), NormalLoad::Force(60e3)] {
             let one = SteadyProblem {
@@ -160,7 +160,7 @@ fn two_patches_are_the_humps_of_one_grid() {
             assert!((own.patches[1].approach / far.approach - 1.0).abs() < 1e-8);
         }
     }
-    let creepage = Creepage { longitudinal: 0.01, lateral: 0.02, spin: 0.3 };
+    let creepage = ContactCreepage { longitudinal: 0.01, lateral: 0.02, spin: 0.3 };
     for direction in [SlidingDirection::Rigid, SlidingDirection::Actual] {
         let sliding = |interface, w: &'_ Mat<f64>, kinematics, loads| {
             let compliance = w.as_ref();
@@ -185,7 +185,7 @@ fn two_patches_are_the_humps_of_one_grid() {
 #[test]
 fn a_patch_without_load_stays_open() {
     let h = Humps::new();
-    let rolling = Humps::rolling(Creepage { longitudinal: 1e-3, lateral: -2e-3, spin: 0.3 });
+    let rolling = Humps::rolling(ContactCreepage { longitudinal: 1e-3, lateral: -2e-3, spin: 0.3 });
     for (pressed, free) in [(0, 1), (1, 0)] {
         let alone = patch([4.0, 5.0][pressed], [0.0, 4e-6][pressed]);
         let n = alone.len();
@@ -232,8 +232,8 @@ fn patches_far_apart_are_single_ones() {
     let (w, both_w) = (far_apart(&s, 1), far_apart(&s, 2));
     let both = Interface::joined(vec![s.clone(), s.clone()]).unwrap();
     let rolling = [
-        PatchKinematics { speed: 10.0, creepage: Creepage { longitudinal: 1e-3, lateral: -2e-3, spin: 0.3 } },
-        PatchKinematics { speed: 25.0, creepage: Creepage { longitudinal: -2e-3, lateral: 1e-3, spin: 0.0 } },
+        PatchKinematics { speed: 10.0, creepage: ContactCreepage { longitudinal: 1e-3, lateral: -2e-3, spin: 0.3 } },
+        PatchKinematics { speed: 25.0, creepage: ContactCreepage { longitudinal: -2e-3, lateral: 1e-3, spin: 0.0 } },
     ];
     let loads = [NormalLoad::Force(30e3), NormalLoad::Approach(4e-5)];
     let falling = FrictionLaw::from(Exponential::new(0.4, 0.25, 0.1).remembering(1e-3));
@@ -294,7 +294,10 @@ fn a_vertical_load_is_borne_by_pressures_and_friction() {
     let both = Interface::joined(vec![s.clone(), s]).unwrap();
     let loads = || Loads::vertical(&[angle, -angle], NormalLoad::Force(load));
     let rolling = |eta: [f64; 2]| {
-        let of = |lateral| PatchKinematics { speed: 10.0, creepage: Creepage { lateral, ..Creepage::default() } };
+        let of = |lateral| PatchKinematics {
+            speed: 10.0,
+            creepage: ContactCreepage { lateral, ..ContactCreepage::default() },
+        };
         eta.map(of).to_vec()
     };
     for (eta, want) in [
@@ -355,7 +358,10 @@ fn two_motions_share_their_patches() {
     };
     let (arm, load) = (0.75, 40e3);
     let kinematics =
-        vec![PatchKinematics { speed: 10.0, creepage: Creepage { lateral: 2e-3, ..Creepage::default() } }; 2];
+        vec![
+            PatchKinematics { speed: 10.0, creepage: ContactCreepage { lateral: 2e-3, ..ContactCreepage::default() } };
+            2
+        ];
     for moment in [0.0, 6e3] {
         let loads = Loads { motions: vec![motion([1.0, 1.0], load), motion([arm, -arm], moment)] };
         let found = problem(&both, &w, kinematics.clone(), loads).solve().unwrap();
@@ -377,7 +383,7 @@ fn two_motions_share_their_patches() {
 #[test]
 fn the_linearised_contact_is_the_difference_of_states() {
     let h = Humps::new();
-    let mut kinematics = Humps::rolling(Creepage { longitudinal: 1e-3, lateral: -2e-3, spin: 0.3 });
+    let mut kinematics = Humps::rolling(ContactCreepage { longitudinal: 1e-3, lateral: -2e-3, spin: 0.3 });
     kinematics[1].speed = 17.0;
     let state = |more: f64| {
         let loads = Loads::of_patches(&[NormalLoad::Approach(8e-5 + more), NormalLoad::Approach(8e-5)]);
@@ -478,8 +484,8 @@ fn eigenvalues_of_patches_apart_are_those_of_each() {
     let second: Vec<f64> = (0..40).map(|k| 433.0 + 87.0 * f64::from(k)).collect();
     let bodies = [modal(&s, &first, 0.0), modal(&s, &second, 1.1)];
     let rolling = [
-        PatchKinematics { speed: 10.0, creepage: Creepage { longitudinal: 0.0, lateral: 0.003, spin: 0.3 } },
-        PatchKinematics { speed: 14.0, creepage: Creepage { longitudinal: 0.001, lateral: -0.012, spin: 0.0 } },
+        PatchKinematics { speed: 10.0, creepage: ContactCreepage { longitudinal: 0.0, lateral: 0.003, spin: 0.3 } },
+        PatchKinematics { speed: 14.0, creepage: ContactCreepage { longitudinal: 0.001, lateral: -0.012, spin: 0.0 } },
     ];
     let loads = [NormalLoad::Force(40e3), NormalLoad::Force(20e3)];
     let linear = |s: &Interface, pair: &CoupledModel, rolling: &[PatchKinematics], loads: &[NormalLoad]| {
@@ -557,7 +563,7 @@ fn quasi_static<'a>(s: &'a Interface, w: &'a Mat<f64>, none: &'a Mat<f64>) -> Mo
 #[test]
 fn in_time_two_patches_are_the_humps_of_one_grid() {
     let h = Humps::new();
-    let creepage = Creepage { longitudinal: 1e-3, lateral: -2e-3, spin: 0.3 };
+    let creepage = ContactCreepage { longitudinal: 1e-3, lateral: -2e-3, spin: 0.3 };
     let falling = FrictionLaw::from(Exponential::new(0.4, 0.25, 0.1).remembering(1e-3));
     let (step, steps) = (4e-5, 12);
     for friction in [FrictionLaw::Constant(MU), falling] {
@@ -609,8 +615,8 @@ fn in_time_patches_apart_are_single_ones() {
     let n = s.len();
     let bodies = [modal(&s, &[600.0, 1300.0], 0.0), modal(&s, &[900.0, 2100.0], 1.1)];
     let rolling = [
-        PatchKinematics { speed: 10.0, creepage: Creepage { longitudinal: 0.0, lateral: 0.003, spin: 0.3 } },
-        PatchKinematics { speed: 14.0, creepage: Creepage { longitudinal: 0.001, lateral: -0.012, spin: 0.0 } },
+        PatchKinematics { speed: 10.0, creepage: ContactCreepage { longitudinal: 0.0, lateral: 0.003, spin: 0.3 } },
+        PatchKinematics { speed: 14.0, creepage: ContactCreepage { longitudinal: 0.001, lateral: -0.012, spin: 0.0 } },
     ];
     let loads = [NormalLoad::Force(40e3), NormalLoad::Force(20e3)];
     let both = Interface::joined(vec![s.clone(), s.clone()]).unwrap();

@@ -4,7 +4,7 @@
 use faer::Mat;
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::contact::{
-    Continuation, Creepage, NormalLoad, PatchKinematics, SteadyProblem, SteadySolution, Stencil,
+    ContactCreepage, Continuation, NormalLoad, PatchKinematics, SteadyProblem, SteadySolution, Stencil,
 };
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
@@ -42,7 +42,7 @@ impl Pair {
             interface: &self.interface,
             compliance: self.w.as_ref().into(),
             friction: FrictionLaw::Constant(MU),
-            kinematics: PatchKinematics::one(10.0, Creepage { longitudinal: xi, lateral: eta, spin: phi }),
+            kinematics: PatchKinematics::one(10.0, ContactCreepage { longitudinal: xi, lateral: eta, spin: phi }),
             loads: NormalLoad::Force(self.load).into(),
             stencil: Stencil::default(),
             tolerance: 1e-8,
@@ -499,7 +499,7 @@ fn bad_problems_are_refused_with_a_reason() {
     job(SteadyProblem { kinematics: PatchKinematics::one(0.0, rolling.creepage), ..good.clone() }, "contact.speed");
     job(SteadyProblem { friction: FrictionLaw::Constant(f64::NAN), ..good.clone() }, "contact.friction");
     job(SteadyProblem { loads: NormalLoad::Force(-1.0).into(), ..good.clone() }, "contact.normal_load");
-    let turning = PatchKinematics::one(rolling.speed, Creepage { spin: f64::INFINITY, ..rolling.creepage });
+    let turning = PatchKinematics::one(rolling.speed, ContactCreepage { spin: f64::INFINITY, ..rolling.creepage });
     job(SteadyProblem { kinematics: turning, ..good.clone() }, "spin");
     // Four times the load needs a patch 1.59 times as large.
     match fails(SteadyProblem { loads: NormalLoad::Force(280e3).into(), ..good.clone() }) {
@@ -527,7 +527,7 @@ fn bad_problems_are_refused_with_a_reason() {
 /// The rolling of `problem` with the lateral creepage `eta`.
 fn lateral(problem: &SteadyProblem<'_>, eta: f64) -> Vec<PatchKinematics> {
     let PatchKinematics { speed, creepage } = problem.kinematics[0];
-    PatchKinematics::one(speed, Creepage { lateral: eta, ..creepage })
+    PatchKinematics::one(speed, ContactCreepage { lateral: eta, ..creepage })
 }
 
 #[test]
@@ -640,7 +640,7 @@ fn many_nodes_need_no_matrix() {
         interface: &s,
         compliance: (&c).into(),
         friction: FrictionLaw::Constant(MU),
-        kinematics: PatchKinematics::one(10.0, Creepage { longitudinal: 0.0, lateral: eta, spin: phi }),
+        kinematics: PatchKinematics::one(10.0, ContactCreepage { longitudinal: 0.0, lateral: eta, spin: phi }),
         loads: NormalLoad::Force(load).into(),
         stencil: Stencil::default(),
         tolerance: 1e-8,

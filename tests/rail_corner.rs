@@ -1,24 +1,24 @@
 //! Contacts on the gauge corner of a rail: the compliance there is a smooth function of the place, and left and right
 //! are mirror images.
 
-use railsqueal::fem::Material;
+use railsqueal::fem::ElasticMaterial;
 use railsqueal::rails::R60E1;
 use railsqueal::swept::compliance::{pair_of, sum};
-use railsqueal::swept::{turned, BuiltRail, Constant, Forms, Layer, Patch, Square, Track};
+use railsqueal::swept::{turned, BuiltRail, Constant, Forms, LoadCircle, RailTrack, Square, TrackLayer};
 use std::f64::consts::PI;
 
-const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+const STEEL: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
 const PERIOD: f64 = 14.0;
 const RADIUS: f64 = 2.5e-3;
 
-fn pads() -> Track {
-    Track { pad: Layer::with_loss([200e6, 66.7e6, 66.7e6], 0.2, 60.2), sleeper: None }
+fn pads() -> RailTrack {
+    RailTrack { pad: TrackLayer::with_loss([200e6, 66.7e6, 66.7e6], 0.2, 60.2), sleeper: None }
 }
 
 /// Compliance that a rail adds to the half-space under loads on a disc, in the frame of its surface at the contact,
 /// with orders up to `last`.
 fn constant(rail: &BuiltRail, last: Option<usize>) -> Square {
-    let patch = Patch { radius: RADIUS };
+    let patch = LoadCircle { radius: RADIUS };
     let section = rail.for_loads(patch.radius).expect("a section");
     let forms = Forms::along(section, STEEL, PERIOD, Some(&pads()), rail.contact().angle).expect("forms");
     let mut constant = Constant::new(&forms, &[patch], PERIOD / (2.0 * PI)).expect("a running line");

@@ -6,10 +6,10 @@ use num_complex::Complex;
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::body::{ModalMatrix, ReducedBody, Side};
 use railsqueal::contact::{
-    Creepage, LinearContact, LinearMemory, LinearNode, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem,
-    Slip, SteadyProblem, Stencil, Tangent,
+    ContactCreepage, LinearContact, LinearMemory, LinearNode, NormalLoad, PatchKinematics, SlidingDirection,
+    SlidingProblem, Slip, SteadyProblem, Stencil, Tangent,
 };
-use railsqueal::fem::Material;
+use railsqueal::fem::ElasticMaterial;
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::CoupledModel;
@@ -327,7 +327,7 @@ fn problem<'a>(s: &'a Interface, b: &'a CoupledModel, mu: f64, c: [f64; 3]) -> S
         interface: s,
         compliance: b.compliance.as_ref(),
         friction: FrictionLaw::Constant(mu),
-        kinematics: PatchKinematics::one(10.0, Creepage { longitudinal: c[0], lateral: c[1], spin: c[2] }),
+        kinematics: PatchKinematics::one(10.0, ContactCreepage { longitudinal: c[0], lateral: c[1], spin: c[2] }),
         loads: NormalLoad::Force(70e3).into(),
         stencil: Stencil::default(),
         direction: SlidingDirection::Rigid,
@@ -370,7 +370,7 @@ fn equilibrium_of_sliding_obeys_its_laws() {
     // The same with the creep of the deformed bodies: the direction is then that of the creep.
     let mut a = p.clone();
     a.direction = SlidingDirection::Actual;
-    a.kinematics[0].creepage = Creepage { longitudinal: 0.008, lateral: -0.03, spin: 0.2 };
+    a.kinematics[0].creepage = ContactCreepage { longitudinal: 0.008, lateral: -0.03, spin: 0.2 };
     let r = a.solve().unwrap();
     for (j, &i) in r.closed.iter().enumerate() {
         let (t, c) = (r.direction[j], r.creep[i]);
@@ -378,10 +378,10 @@ fn equilibrium_of_sliding_obeys_its_laws() {
         assert!(across.abs() < 1e-8, "node {i}: creep {c:?} across {t:?}");
     }
     // Too little creepage: some nodes would stick.
-    a.kinematics[0].creepage = Creepage { longitudinal: 0.0, lateral: 0.001, spin: 0.0 };
+    a.kinematics[0].creepage = ContactCreepage { longitudinal: 0.0, lateral: 0.001, spin: 0.0 };
     assert!(matches!(a.solve(), Err(Error::Job(m)) if m.contains("stick")));
     let mut none = p.clone();
-    none.kinematics[0].creepage = Creepage::default();
+    none.kinematics[0].creepage = ContactCreepage::default();
     assert!(matches!(none.solve(), Err(Error::Job(m)) if m.contains("direction of sliding")));
 }
 
@@ -941,7 +941,7 @@ fn a_free_wheelset_decays_by_its_modes_alone() {
     let section = given.for_modes().unwrap();
     let bearing = |y: f64| Bearing { place: [0.0, y], stiffness: [1e6; 3] };
     let bearings = given.bearings(&section, &[bearing(-1.0), bearing(1.0)]).unwrap();
-    let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+    let steel = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
     let forms = Forms::new(section, steel, &[]).unwrap().on_bearings(&bearings);
     let mut omega: Vec<f64> =
         (0..3).flat_map(|n| swept::modes::of_order(&forms, n, 2.0 * PI * 1500.0).unwrap().omega).collect();

@@ -4,7 +4,8 @@ use faer::Mat;
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::body::{ModalMatrix, ReducedBody};
 use railsqueal::contact::{
-    Creepage, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem, SteadyProblem, SteadySolution, Stencil,
+    ContactCreepage, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem, SteadyProblem, SteadySolution,
+    Stencil,
 };
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
@@ -34,7 +35,7 @@ fn single_contact(gap: f64) -> Interface {
 }
 
 fn still() -> Loading {
-    Loading::constant(NormalLoad::Approach(0.0), Creepage::default(), 0.0)
+    Loading::constant(NormalLoad::Approach(0.0), ContactCreepage::default(), 0.0)
 }
 
 fn settings(step: f64, drive: Loading, mu: f64) -> Settings {
@@ -222,7 +223,7 @@ fn shifted(s: &Interface, w: &Mat<f64>, none: &Mat<f64>, steps: usize) -> State 
         interface: s,
         compliance: w.as_ref().into(),
         friction: FrictionLaw::Constant(0.0),
-        kinematics: PatchKinematics::one(1.0, Creepage::default()),
+        kinematics: PatchKinematics::one(1.0, ContactCreepage::default()),
         loads: NormalLoad::Force(c.load).into(),
         stencil: Stencil::Upwind1,
         tolerance: 1e-10,
@@ -342,14 +343,17 @@ impl Squeal {
             interface: &self.interface,
             compliance: self.pair.influence(),
             friction: self.law.clone(),
-            kinematics: PatchKinematics::one(self.speed, Creepage { lateral: creepage, ..Creepage::default() }),
+            kinematics: PatchKinematics::one(
+                self.speed,
+                ContactCreepage { lateral: creepage, ..ContactCreepage::default() },
+            ),
             loads: load.into(),
             stencil: Stencil::Edge,
             direction: SlidingDirection::Actual,
         }
     }
 
-    fn steady(&self, creepage: Creepage) -> SteadyProblem<'_> {
+    fn steady(&self, creepage: ContactCreepage) -> SteadyProblem<'_> {
         SteadyProblem {
             interface: &self.interface,
             compliance: self.pair.influence().into(),
@@ -362,7 +366,7 @@ impl Squeal {
         }
     }
 
-    fn rolling(&self, creepage: Creepage) -> SteadySolution {
+    fn rolling(&self, creepage: ContactCreepage) -> SteadySolution {
         self.steady(creepage).solve().unwrap()
     }
 
@@ -375,7 +379,7 @@ impl Squeal {
         State::at_rest(&self.model(), &reaction, &[approach])
     }
 
-    fn settings(&self, creepage: Creepage, load: NormalLoad, step: f64, solver: ContactSolver) -> Settings {
+    fn settings(&self, creepage: ContactCreepage, load: NormalLoad, step: f64, solver: ContactSolver) -> Settings {
         let drive = Loading::constant(load, creepage, self.speed);
         Settings { solver, friction: self.law.clone(), ..settings(step, drive, self.mu) }
     }
@@ -428,7 +432,7 @@ fn perturbations_grow_and_decay_as_the_linear_analysis_says() {
         let h = 1e-5;
         let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]);
         let start = start.remembering(&solution.friction);
-        let along = Creepage { lateral: creepage, ..Creepage::default() };
+        let along = ContactCreepage { lateral: creepage, ..ContactCreepage::default() };
         let settings = squeal.settings(along, NormalLoad::Approach(solution.motions[0]), h, ContactSolver::Newton);
         let mut calm = Stepper::new(squeal.model(), settings.clone(), start.clone()).unwrap();
         let amplitude = 2e-6 / first.modal.iter().map(|z| z.norm()).fold(0.0, f64::max);
@@ -468,7 +472,7 @@ fn perturbations_of_a_contact_that_sticks_in_part_do_too() {
         (Exponential::new(0.4, 0.3, 0.2).into(), 40e3, 0.005),
     ] {
         let squeal = Squeal { load, ..Squeal::new(13, 6.0).with(law.clone()) };
-        let along = Creepage { lateral: creepage, ..Creepage::default() };
+        let along = ContactCreepage { lateral: creepage, ..ContactCreepage::default() };
         let problem = squeal.steady(along);
         let solution = problem.solve().unwrap();
         let contact = problem.contact(&solution);
@@ -533,7 +537,7 @@ fn first_order(errors: &[f64], what: &str) {
 fn at_rest_the_transient_is_the_steady_analysis() {
     for nodes in [15, 29] {
         let squeal = Squeal::new(nodes, 400.0);
-        let creepage = Creepage { lateral: 0.002, longitudinal: -0.001, spin: 0.0 };
+        let creepage = ContactCreepage { lateral: 0.002, longitudinal: -0.001, spin: 0.0 };
         let solution = squeal.rolling(creepage);
         let limit = squeal.mu * squeal.load;
         let (mut errors, mut sunk) = (Vec::new(), Vec::new());
@@ -572,7 +576,7 @@ fn material_that_travels_from_node_to_node_remembers_as_in_steady_rolling() {
     let interface = Interface::paraboloid(15, 15, [0.007; 2], [4.0, 4.0]).unwrap();
     let (w, none) = (half_spaces(steel, &interface), Mat::<f64>::zeros(3 * interface.len(), 0));
     let law = FrictionLaw::from(Exponential::new(0.4, 0.2, 0.05));
-    let creepage = Creepage { longitudinal: -0.001, lateral: 0.003, spin: 0.2 };
+    let creepage = ContactCreepage { longitudinal: -0.001, lateral: 0.003, spin: 0.2 };
     let (speed, load) = (10.0, 40e3);
     let problem = SteadyProblem {
         interface: &interface,
@@ -615,7 +619,7 @@ fn material_that_travels_from_node_to_node_remembers_as_in_steady_rolling() {
 fn the_memory_of_a_constant_coefficient_changes_no_step() {
     let one = Squeal::new(11, 6.0);
     let two = Squeal::new(11, 6.0).with(Exponential::new(0.3, 0.3, 0.1));
-    let creepage = Creepage { lateral: 0.004, ..Creepage::default() };
+    let creepage = ContactCreepage { lateral: 0.004, ..ContactCreepage::default() };
     let found = [&one, &two].map(|squeal| {
         let solution = squeal.rolling(creepage);
         let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]);
@@ -648,7 +652,7 @@ fn falling_friction_goes_the_fast_way_under_any_load() {
     for load in [2e3, 10e3, 30e3, 70e3] {
         for (lateral, energy) in [(0.003, 0.0), (0.003, 0.5), (0.02, 0.5)] {
             let squeal = Squeal { load, ..Squeal::new(11, 6.0).with(Exponential::new(0.4, 0.25, 0.1)) };
-            let creepage = Creepage { lateral, ..Creepage::default() };
+            let creepage = ContactCreepage { lateral, ..ContactCreepage::default() };
             let solution = squeal.rolling(creepage);
             let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]);
             let start = start.remembering(&solution.friction).shaken(3, energy * load / 40e3);
@@ -675,7 +679,7 @@ fn falling_friction_goes_the_fast_way_under_any_load() {
 
 fn both_solvers(squeal: &Squeal) {
     let run = |solver| {
-        let creepage = Creepage { lateral: 0.004, ..Creepage::default() };
+        let creepage = ContactCreepage { lateral: 0.004, ..ContactCreepage::default() };
         let solution = squeal.rolling(creepage);
         let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]);
         let start = start.remembering(&solution.friction);
@@ -709,11 +713,12 @@ fn both_solvers(squeal: &Squeal) {
 /// what friction took.
 fn rubbed(squeal: &Squeal, step: f64, theta: f64, swing: f64) -> (Vec<f64>, f64) {
     let end = 4e-3;
-    let pressed =
-        SteadyProblem { friction: FrictionLaw::Constant(0.0), ..squeal.steady(Creepage::default()) }.solve().unwrap();
+    let pressed = SteadyProblem { friction: FrictionLaw::Constant(0.0), ..squeal.steady(ContactCreepage::default()) }
+        .solve()
+        .unwrap();
     let start = squeal.rest(&pressed.pressure, &pressed.traction, pressed.motions[0]);
     let load = NormalLoad::Approach(pressed.motions[0]);
-    let mut settings = squeal.settings(Creepage::default(), load, step, ContactSolver::Newton);
+    let mut settings = squeal.settings(ContactCreepage::default(), load, step, ContactSolver::Newton);
     settings.scheme.theta = theta;
     settings.drive.patches[0].speed = 0.0;
     let wave = |mean: f64, size: f64, frequency: f64| {
@@ -748,7 +753,7 @@ fn error_falls_with_the_step() {
 #[test]
 fn error_falls_with_the_step_in_rolling_too() {
     let squeal = Squeal::new(9, 6.0);
-    let creepage = Creepage { lateral: 0.002, longitudinal: -0.0005, spin: 0.0 };
+    let creepage = ContactCreepage { lateral: 0.002, longitudinal: -0.0005, spin: 0.0 };
     let solution = squeal.rolling(creepage);
     let run = |step: f64, seed: u64| {
         let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]).shaken(seed, 0.5);
@@ -796,7 +801,7 @@ fn the_motion_does_not_depend_on_the_coordinates() {
     let squeal = Squeal::new(9, 40.0);
     let (pair, q) = rotated::rotated(&squeal.pair);
     let turned = Squeal { pair, interface: squeal.interface.clone(), law: squeal.law.clone(), ..squeal };
-    let creepage = Creepage { lateral: 0.006, ..Creepage::default() };
+    let creepage = ContactCreepage { lateral: 0.006, ..ContactCreepage::default() };
     let rolling = squeal.rolling(creepage);
     let settings = squeal.settings(creepage, NormalLoad::Approach(rolling.motions[0]), 1e-5, ContactSolver::Newton);
     let start = |s: &Squeal| s.rest(&rolling.pressure, &rolling.traction, rolling.motions[0]);

@@ -3,13 +3,17 @@
 
 use railsqueal::body::half_space::HalfSpace;
 use railsqueal::body::hybrid::half_spaces;
-use railsqueal::contact::{Creepage, Loads, NormalLoad, PatchKinematics, SteadyProblem, SteadySolution, Stencil};
+use railsqueal::contact::{
+    ContactCreepage, Loads, NormalLoad, PatchKinematics, SteadyProblem, SteadySolution, Stencil,
+};
 use railsqueal::friction::FrictionLaw;
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
 use railsqueal::placement::builtin::{s1002, uic60};
 use railsqueal::placement::read::{read, ProfileKind, Reading};
-use railsqueal::placement::{grid_lines, Creepages, Frame, Gap, Motion, Placement, Position, Press, TrackSide};
+use railsqueal::placement::{
+    grid_lines, Creepages, Frame, Gap, Position, Press, RailSide, RollingMotion, WheelPlacement,
+};
 use std::collections::HashMap;
 use std::path::Path;
 
@@ -17,22 +21,22 @@ type Row = HashMap<String, f64>;
 
 /// Cases of the Manchester benchmark, computed with CONTACT (github eve70a/CONTACT, Apache-2.0); lengths in mm,
 /// forces in N, pressures in MPa.
-fn rows() -> Vec<(TrackSide, Row)> {
+fn rows() -> Vec<(RailSide, Row)> {
     let mut lines = include_str!("../src/placement/tests/manchester_a22_sample.csv").lines();
     let names: Vec<&str> = lines.next().unwrap().split(',').collect();
     let read = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
-        let side = if cells[0] == "left" { TrackSide::Left } else { TrackSide::Right };
+        let side = if cells[0] == "left" { RailSide::Left } else { RailSide::Right };
         (side, names.iter().zip(&cells).skip(1).map(|(n, c)| (n.to_string(), c.parse().unwrap())).collect())
     };
     lines.map(read).collect()
 }
 
 /// Steady rolling of a case under its normal force, on the grid of Hertz' ellipse.
-fn roll(side: TrackSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
+fn roll(side: RailSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
     // The benchmark's rail, whose arcs meet elsewhere than those of 60E1.
     let rail = uic60().unwrap();
-    let placement = Placement {
+    let placement = WheelPlacement {
         side,
         gauge: 1.435,
         gauge_depth: 0.014,
@@ -46,7 +50,7 @@ fn roll(side: TrackSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
     let steel = HalfSpace { young: 2.0 * 82e9 * 1.28, poisson: 0.28 };
     let ellipse = placed.ellipse(0.5 * steel.plane(), Press::Force(row["fn"])).unwrap();
     let frame = placed.centred_frame(ellipse.approach).unwrap();
-    let motion = Motion { angular_speed: Some(-row["vpitch"]), ..Motion::free_rolling(2.0) };
+    let motion = RollingMotion { angular_speed: Some(-row["vpitch"]), ..RollingMotion::free_rolling(2.0) };
     let creepage = placed.creepages(&frame, &motion).unwrap();
     let [x, y] = grid_lines(placed.extent(&frame, &ellipse).unwrap());
     let gap = placed.gap(&frame, &x, &y).unwrap();
@@ -59,7 +63,7 @@ fn roll(side: TrackSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
         friction: FrictionLaw::Constant(0.3),
         kinematics: PatchKinematics::one(
             creepage.speed,
-            Creepage { longitudinal: creepage.longitudinal, lateral: creepage.lateral, spin: creepage.spin },
+            ContactCreepage { longitudinal: creepage.longitudinal, lateral: creepage.lateral, spin: creepage.spin },
         ),
         loads: NormalLoad::Force(row["fn"]).into(),
         stencil,
@@ -138,8 +142,8 @@ fn tread_and_flange_root_share_a_vertical_force_as_in_contact() {
     let rail = file("site_b_hr.prr", ProfileKind::Rail, None);
     let steel = HalfSpace { young: 2.0 * 82e9 * 1.28, poisson: 0.28 };
     let place = |near: f64, force: f64| {
-        let placement = Placement {
-            side: TrackSide::Right,
+        let placement = WheelPlacement {
+            side: RailSide::Right,
             gauge: 1.4351,
             gauge_depth: 0.015875,
             cant: 0.0,
@@ -151,7 +155,7 @@ fn tread_and_flange_root_share_a_vertical_force_as_in_contact() {
         let placed = placement.place(&wheel, &rail).unwrap();
         let ellipse = placed.ellipse(0.5 * steel.plane(), Press::Force(force)).unwrap();
         let frame = placed.centred_frame(ellipse.approach).unwrap();
-        let motion = Motion { angular_speed: Some(32.1), ..Motion::free_rolling(15.0) };
+        let motion = RollingMotion { angular_speed: Some(32.1), ..RollingMotion::free_rolling(15.0) };
         let creepage = placed.creepages(&frame, &motion).unwrap();
         let [x, y] = grid_lines(placed.extent(&frame, &ellipse).unwrap());
         let gap = placed.gap(&frame, &x, &y).unwrap();
@@ -171,7 +175,7 @@ fn tread_and_flange_root_share_a_vertical_force_as_in_contact() {
     let solve = |friction: f64| {
         let kinematics = |(_, _, c, _): &(f64, Frame, Creepages, Gap)| PatchKinematics {
             speed: c.speed,
-            creepage: Creepage { longitudinal: c.longitudinal, lateral: c.lateral, spin: c.spin },
+            creepage: ContactCreepage { longitudinal: c.longitudinal, lateral: c.lateral, spin: c.spin },
         };
         let problem = SteadyProblem {
             interface: &interface,

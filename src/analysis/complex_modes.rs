@@ -3,7 +3,7 @@
 
 use super::{run::Run, RunOptions};
 use crate::body::{Fields, FullSystem};
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::case::display_modes::Pictures;
 use crate::case::stability_problem::StabilityResult;
 use crate::job;
@@ -48,7 +48,7 @@ struct Energy {
 pub(super) fn run(
     run: &mut Run,
     stability: &job::Stability,
-    bodies: &Bodies,
+    bodies: &BuiltBodies,
     reduced: Option<(&StabilityResult, &CoupledModel)>,
     full: Option<&FullResult>,
 ) -> Result<()> {
@@ -116,7 +116,7 @@ fn chosen(found: Option<&StabilityResult>, least: usize) -> Vec<(usize, &Eigenpa
 pub(super) fn draw(
     run: &mut Run,
     stability: &job::Stability,
-    bodies: &Bodies,
+    bodies: &BuiltBodies,
     reduced: Option<(&StabilityResult, &CoupledModel)>,
 ) -> Result<bool> {
     let world = run.world();
@@ -144,7 +144,7 @@ pub(super) fn draw(
 /// K⁻¹BᵀR.
 fn of_reduced(
     world: &World,
-    bodies: &Bodies,
+    bodies: &BuiltBodies,
     reduced: Option<(&StabilityResult, &CoupledModel)>,
     least: usize,
 ) -> Result<Vec<Shape>> {
@@ -199,11 +199,12 @@ fn of_reduced(
     Ok(shapes)
 }
 
-/// Collective: the motion of the body with this index in [`Bodies::unique`] from its modal amplitudes, `[m]` on every
-/// rank, and the real and the imaginary part of the forces on its contact rows in lower form, N, `[3n]` on rank 0.
+/// Collective: the motion of the body with this index in [`BuiltBodies::unique`] from its modal amplitudes, `[m]` on
+/// every rank, and the real and the imaginary part of the forces on its contact rows in lower form, N, `[3n]` on rank
+/// 0.
 pub(super) fn recovered(
     world: &World,
-    bodies: &Bodies,
+    bodies: &BuiltBodies,
     index: usize,
     modal: &[C],
     forces: &[Vec<f64>; 2],
@@ -223,7 +224,7 @@ pub(super) fn recovered(
 }
 
 /// The motions of the body in a place.
-fn fields<'a>(bodies: &'a Bodies, place: usize) -> Result<&'a dyn Fields> {
+fn fields<'a>(bodies: &'a BuiltBodies, place: usize) -> Result<&'a dyn Fields> {
     bodies.fields(bodies.places[place].body)
 }
 
@@ -240,7 +241,7 @@ fn forms(world: &World, body: &dyn FullSystem, u: &[C]) -> (f64, f64) {
 /// Collective. Multiplying the equation of motion with conj(λ) uᴴ gives, exactly,
 /// σ Σ (|λ|² uᴴMu + uᴴKu) = Re(conj(λ) yᴴR) − |λ|² Σ uᴴCu: what the growth rate is made of. Where a body rotates, K
 /// has the stiffness that this adds, and C the work of the damping on what only turns.
-fn energy(world: &World, bodies: &Bodies, nodes: &[u64], shape: &Shape) -> Result<Energy> {
+fn energy(world: &World, bodies: &BuiltBodies, nodes: &[u64], shape: &Shape) -> Result<Energy> {
     let square = shape.value.norm_sqr();
     let mut sizes = [0.0; 2];
     let mut contact = [[0.0; 2]; 2];

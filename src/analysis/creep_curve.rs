@@ -5,12 +5,12 @@ use super::reduction::Reduction;
 use super::run::Run;
 use crate::case::interface::{at_rest, creepage, kinematics, steady_rolling};
 use crate::case::well_posed;
-use crate::contact::baseline::{fastsim, linear, polach, shen_hedrick_elkins, Ellipse};
+use crate::contact::baseline::{fastsim, linear, polach, shen_hedrick_elkins, EllipticContact};
 use crate::contact::{Continuation, SteadyProblem, SteadySolution};
 use crate::grid::Interface;
 use crate::job::{self, CreepCurve, Job};
 use crate::model::{CoupledModel, ReducedModel};
-use crate::output::datasets::creep_curve::{tables, Baseline, Point};
+use crate::output::datasets::creep_curve::{tables, Baseline, CreepCurvePoint};
 use crate::stability::{grows, least_stable};
 use crate::summary::Summary;
 use crate::{Error, Result};
@@ -30,7 +30,7 @@ pub(super) fn run(run: &mut Run, wanted: &CreepCurve, contact: &job::Contact, mo
             progress.step("creepages", number + 1, values.len());
             point
         };
-        values.iter().enumerate().map(point).collect::<Result<Vec<Point>>>()
+        values.iter().enumerate().map(point).collect::<Result<Vec<CreepCurvePoint>>>()
     })?;
     if let Some(points) = points {
         summarise(wanted, contact, &points, &mut run.summary);
@@ -62,15 +62,15 @@ impl<'a> Curve<'a> {
     }
 
     /// One point; what concerns it alone is no error.
-    fn point(&self, continuation: &mut Continuation, value: f64) -> Result<Point> {
+    fn point(&self, continuation: &mut Continuation, value: f64) -> Result<CreepCurvePoint> {
         match self.solved(continuation, value) {
             Err(e @ (Error::Defect(_) | Error::Io(_) | Error::Memory(_))) => Err(e),
-            Err(e) => Ok(Point::failed(value, &e)),
+            Err(e) => Ok(CreepCurvePoint::failed(value, &e)),
             Ok(point) => Ok(point),
         }
     }
 
-    fn solved(&self, continuation: &mut Continuation, value: f64) -> Result<Point> {
+    fn solved(&self, continuation: &mut Continuation, value: f64) -> Result<CreepCurvePoint> {
         let contact =
             job::Contact { creepage: self.contact.creepage.with(self.wanted.key, value), ..self.contact.clone() };
         let solution = continuation.solve(kinematics(&contact))?;
@@ -92,7 +92,7 @@ impl Curve<'_> {
     /// of their table.
     fn baseline(&self, contact: &job::Contact, r: &SteadySolution) -> Result<Option<Baseline>> {
         let c = creepage(contact);
-        let of = |e: Ellipse| Baseline {
+        let of = |e: EllipticContact| Baseline {
             half_axes: [e.a, e.b],
             linear: linear(&e, &c),
             shen_hedrick_elkins: shen_hedrick_elkins(&e, &c),
@@ -104,11 +104,11 @@ impl Curve<'_> {
 }
 
 /// Point of a curve from a solution on the interface `s`.
-fn of_solution(value: f64, s: &Interface, r: &SteadySolution) -> Point {
+fn of_solution(value: f64, s: &Interface, r: &SteadySolution) -> CreepCurvePoint {
     let nodes = |status: u8| r.state.iter().zip(&s.weight).filter(move |(state, _)| **state == status).map(|(_, w)| *w);
     let area = |status: u8| nodes(status).sum::<f64>();
     let (stick, slip) = (area(1), area(2));
-    Point {
+    CreepCurvePoint {
         value,
         status: 0,
         message: String::new(),
@@ -125,8 +125,8 @@ fn of_solution(value: f64, s: &Interface, r: &SteadySolution) -> Point {
     }
 }
 
-fn summarise(wanted: &CreepCurve, contact: &job::Contact, points: &[Point], summary: &mut Summary) {
-    let good: Vec<&Point> = points.iter().filter(|p| p.status == 0).collect();
+fn summarise(wanted: &CreepCurve, contact: &job::Contact, points: &[CreepCurvePoint], summary: &mut Summary) {
+    let good: Vec<&CreepCurvePoint> = points.iter().filter(|p| p.status == 0).collect();
     let failed = points.len() - good.len();
     let iterations: usize = good.iter().map(|p| p.iterations).sum();
     let (key, unit) = (wanted.key.name(), wanted.key.unit());
@@ -134,8 +134,8 @@ fn summarise(wanted: &CreepCurve, contact: &job::Contact, points: &[Point], summ
         "creep curve over the {key} creepage: {} points, {failed} failed, {iterations} iterations",
         points.len()
     ));
-    let friction = |p: &Point| p.force[0].hypot(p.force[1]);
-    let at = |p: &Point| match unit {
+    let friction = |p: &CreepCurvePoint| p.force[0].hypot(p.force[1]);
+    let at = |p: &CreepCurvePoint| match unit {
         "1" => format!("{:.4} %", 100.0 * p.value),
         _ => format!("{} {unit}", p.value),
     };
@@ -145,7 +145,7 @@ fn summarise(wanted: &CreepCurve, contact: &job::Contact, points: &[Point], summ
         summary.value("largest friction", format!("{:.6e} N{part}, at {}", friction(most), at(most)));
     }
     if good.iter().any(|p| p.least_stable.is_some()) {
-        let growing: Vec<&&Point> = good.iter().filter(|p| p.least_stable.is_some_and(|l| l.1)).collect();
+        let growing: Vec<&&CreepCurvePoint> = good.iter().filter(|p| p.least_stable.is_some_and(|l| l.1)).collect();
         let worst =
             good.iter().filter_map(|p| p.least_stable.map(|l| (p, l.0))).max_by(|a, b| a.1.re.total_cmp(&b.1.re));
         summary.value("unstable points", growing.len());

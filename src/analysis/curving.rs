@@ -1,7 +1,7 @@
 //! The analysis `curving`: equilibrium of the vehicle in its curve, tables under `/curving`.
 
 use super::run::Run;
-use crate::case::curving::Curving;
+use crate::case::curving::CurvingVehicle;
 use crate::Result;
 
 /// Collective: the equilibrium of the vehicle in the curve of the job, and at the radii of `analyses.curving`.
@@ -12,7 +12,7 @@ pub fn run(run: &mut Run) -> Result<()> {
     run.progress.stage("steady curving");
     let job = run.job;
     let found = run.world().on_root(|| {
-        let curving = Curving::from_job(job)?;
+        let curving = CurvingVehicle::from_job(job)?;
         let tables = curving.tables(job)?;
         Ok((curving, tables))
     })?;

@@ -3,7 +3,7 @@
 
 use super::run::Run;
 use crate::body::Fields;
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::contact::fe_correction;
 use crate::contact::{DeferredSteady, SteadyProblem, SteadySolution};
 use crate::grid::ContactGrid;
@@ -33,7 +33,7 @@ pub fn solve(
     run: &mut Run,
     problem: Option<&SteadyProblem>,
     tolerance: f64,
-    bodies: &Bodies,
+    bodies: &BuiltBodies,
 ) -> Result<SteadyWithField> {
     let world = run.world();
     let all = (0..bodies.unique.len()).map(|b| bodies.fields(b)).collect::<Result<Vec<&dyn Fields>>>()?;
@@ -102,7 +102,7 @@ pub fn probe(body: &dyn Fields, grid: Option<&ContactGrid>) -> Result<[Vec<f64>;
 /// rank 0). `u` holds the displacements of the places before and after. Two places are one solve if their bodies,
 /// `all` that differ, are one.
 fn displaced(
-    bodies: &Bodies,
+    bodies: &BuiltBodies,
     all: &[&dyn Fields],
     reactions: &[f64],
     u: &mut [Vec<f64>],

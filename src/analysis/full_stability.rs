@@ -4,7 +4,7 @@ use super::run::Run;
 use super::stability::without_oscillation;
 use crate::body::rigid_motions::in_springs;
 use crate::body::{FullSystem, ModeLabel};
-use crate::case::bodies::{self, Bodies};
+use crate::case::bodies::{self, BuiltBodies};
 use crate::contact::LinearContact;
 use crate::job;
 use crate::model::{self, CoupledModel};
@@ -14,7 +14,7 @@ use crate::stability::dense::{self, FullOrderBody};
 use crate::stability::full::completeness::{partners, Wedge};
 use crate::stability::full::residuals::Residuals;
 use crate::stability::full::{
-    spectrum, DampedBody, Damping, FullBodies, FullOptions, FullPair, FullResult, FullSpectrum, Spin,
+    spectrum, DampedBody, FullBodies, FullOptions, FullPair, FullResult, FullSpectrum, RayleighDamping, Spin,
 };
 use crate::stability::reduced::shares as shares_of;
 use crate::stability::{grows, oscillates, Spectrum};
@@ -30,7 +30,7 @@ type C = Complex<f64>;
 pub fn run(
     run: &mut Run,
     wanted: &job::FullStability,
-    bodies: &Bodies,
+    bodies: &BuiltBodies,
     reduced: Option<(&Spectrum, &LinearContact, &CoupledModel)>,
 ) -> Result<FullResult> {
     let world = run.world();
@@ -108,7 +108,7 @@ impl Beside {
 fn by_shifts(
     run: &mut Run,
     wanted: &job::FullStability,
-    bodies: &Bodies,
+    bodies: &BuiltBodies,
     contact: &LinearContact,
     reduced: Option<&Spectrum>,
 ) -> Result<FullSpectrum> {
@@ -117,7 +117,7 @@ fn by_shifts(
     let (systems, modes) = (bodies.full_systems()?, bodies.shapes());
     let rotations = systems.iter().map(|s| Ok(s.rotation()?.map(Rc::new))).collect::<Result<Vec<_>>>()?;
     let place = |(place, (name, body)): (&bodies::Place, (&str, &job::Body))| -> Result<DampedBody> {
-        let damping = Damping { alpha: body.damping.alpha, beta: body.damping.beta };
+        let damping = RayleighDamping { alpha: body.damping.alpha, beta: body.damping.beta };
         let spin = match (&rotations[place.body], modes.get(place.body)) {
             (Some(forms), Some(modes)) => {
                 let modal = forms.project(world, systems[place.body].mass(), modes);
@@ -152,7 +152,12 @@ fn by_shifts(
 }
 
 /// Collective: the spectrum of small bodies, all at once on rank 0.
-fn at_once(run: &Run, wanted: &job::FullStability, bodies: &Bodies, contact: &LinearContact) -> Result<FullSpectrum> {
+fn at_once(
+    run: &Run,
+    wanted: &job::FullStability,
+    bodies: &BuiltBodies,
+    contact: &LinearContact,
+) -> Result<FullSpectrum> {
     let world = run.world();
     let systems: Vec<Option<&dyn FullSystem>> =
         bodies.places.iter().map(|p| bodies.unique.get(p.body).and_then(|b| b.full_system())).collect();
@@ -216,7 +221,7 @@ fn at_once(run: &Run, wanted: &job::FullStability, bodies: &Bodies, contact: &Li
 }
 
 /// Collective: modal amplitudes Φᵀ M u of both bodies, lower first.
-fn modal(world: &World, bodies: &Bodies, pair: &FullPair) -> Vec<C> {
+fn modal(world: &World, bodies: &BuiltBodies, pair: &FullPair) -> Vec<C> {
     let mut q = Vec::new();
     for (place, u) in bodies.places.iter().zip(&pair.motion) {
         let body = &bodies.unique[place.body];

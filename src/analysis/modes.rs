@@ -3,11 +3,11 @@
 use super::run::Run;
 use crate::body::modes::Extent;
 use crate::body::{Kind, ModeLabel, TraceModes};
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::case::display_modes::Pictures;
 use crate::case::rail;
 use crate::job::{Job, ModesExtent};
-use crate::model::{measure, shifts, waves, ModalRotation, RailMode};
+use crate::model::{measure, shifts, waves, ModalRotation, RotatingWave};
 use crate::output::{companion, write_modes, BodyPart, SequenceFile, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
@@ -15,8 +15,8 @@ use crate::summary::Summary;
 use crate::Result;
 use std::path::Path;
 
-/// Collective: modes of each of [`Bodies::unique`]; none where the job asks for none.
-pub fn compute_all(job: &Job, bodies: &mut Bodies, progress: &mut Progress) -> Result<Vec<TraceModes>> {
+/// Collective: modes of each of [`BuiltBodies::unique`]; none where the job asks for none.
+pub fn compute_all(job: &Job, bodies: &mut BuiltBodies, progress: &mut Progress) -> Result<Vec<TraceModes>> {
     let Some(wanted) = &job.analyses.modes else { return Ok(Vec::new()) };
     let extent = match wanted.extent() {
         ModesExtent::Count(n) => Extent::Count(n),
@@ -60,7 +60,7 @@ pub fn list(run: &mut Run, places: &[(&'static str, usize)], modes: &[TraceModes
 
 /// Collective: the shapes of the `modes` of the bodies that differ as a sequence that goes with the result file,
 /// where fields are wanted.
-pub fn show(run: &mut Run, bodies: &Bodies, modes: &[TraceModes]) -> Result<()> {
+pub fn show(run: &mut Run, bodies: &BuiltBodies, modes: &[TraceModes]) -> Result<()> {
     let path = companion(&run.options.output, "free_modes.vtkhdf");
     if run.job.output.swept_modes == Some(true) {
         return show_swept(run, &path, bodies, modes);
@@ -76,7 +76,7 @@ pub fn show(run: &mut Run, bodies: &Bodies, modes: &[TraceModes]) -> Result<()> 
 }
 
 /// Collective: the shapes of the modes of wheels that are swept from a section; a rail has hundreds of waves.
-fn show_swept(run: &mut Run, path: &Path, bodies: &Bodies, modes: &[TraceModes]) -> Result<()> {
+fn show_swept(run: &mut Run, path: &Path, bodies: &BuiltBodies, modes: &[TraceModes]) -> Result<()> {
     let world = run.world();
     let pictures = Pictures::new(world, bodies, |kind| kind == Kind::Swept);
     if pictures.is_empty() || modes.is_empty() {
@@ -91,7 +91,7 @@ fn show_swept(run: &mut Run, path: &Path, bodies: &Bodies, modes: &[TraceModes])
 
 /// Collective: the shapes of the bodies that differ in double precision, for a run that takes them up where this one
 /// does not come to its end.
-pub fn kept_shapes<'w>(run: &Run<'w>, bodies: &Bodies, modes: &[TraceModes]) -> Result<SequenceFile<'w>> {
+pub fn kept_shapes<'w>(run: &Run<'w>, bodies: &BuiltBodies, modes: &[TraceModes]) -> Result<SequenceFile<'w>> {
     let first = |body: usize| bodies.places.iter().position(|p| p.body == body);
     let (parts, all) = (bodies.parts(), 0..bodies.unique.len());
     let parts: Vec<BodyPart> = all.clone().filter_map(|body| parts.get(first(body)?).copied()).collect();
@@ -104,7 +104,7 @@ fn sequence<'w>(
     world: &'w World,
     path: &Path,
     how: (bool, bool),
-    bodies: &Bodies,
+    bodies: &BuiltBodies,
     (parts, places): (&[BodyPart], &[usize]),
     modes: &[TraceModes],
 ) -> Result<SequenceFile<'w>> {
@@ -155,7 +155,7 @@ fn rotating(run: &mut Run, place: &str, omega: &[f64], rotation: &ModalRotation)
             waves.iter().map(|w| w.diameters).collect(),
         ),
     ]);
-    let named = |w: &RailMode| format!("{:.2} ({:+.0})", w.frequency, w.diameters);
+    let named = |w: &RotatingWave| format!("{:.2} ({:+.0})", w.frequency, w.diameters);
     let listed: Vec<String> = waves.iter().take(6).map(named).collect();
     run.summary.value(
         &format!("waves at {speed:.3} rad/s"),

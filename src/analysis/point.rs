@@ -2,7 +2,7 @@
 
 use crate::case::interface::creepage;
 use crate::case::stability_problem::{StabilityProblem, StabilityResult};
-use crate::contact::baseline::{Ellipse, Footprint, Law, LinearForce, LAWS};
+use crate::contact::baseline::{EllipticContact, Footprint, LinearForce, TotalForceLaw, LAWS};
 use crate::grid::Interface;
 use crate::job::{self, Job, StabilityContact};
 use crate::stability::point::{eigenpairs, partners, Comparison, OfLaw, PointContact};
@@ -13,7 +13,12 @@ use crate::{Error, Result};
 /// The ellipse of the contact under `pressure` (Pa, `[n]`) on half-spaces of the bodies' materials, with the
 /// coefficient of friction at the rigid creep of the centre. None where there is no ellipse in the range of the table
 /// of Kalker's coefficients.
-pub(super) fn ellipse(job: &Job, contact: &job::Contact, s: &Interface, pressure: &[f64]) -> Result<Option<Ellipse>> {
+pub(super) fn ellipse(
+    job: &Job,
+    contact: &job::Contact,
+    s: &Interface,
+    pressure: &[f64],
+) -> Result<Option<EllipticContact>> {
     let mut materials = [(0.0, 0.0); 2];
     for ((_, body), m) in job.bodies().into_iter().zip(&mut materials) {
         let material = body.elastic()?;
@@ -22,7 +27,7 @@ pub(super) fn ellipse(job: &Job, contact: &job::Contact, s: &Interface, pressure
     let nodes = (0..s.len()).map(|i| (s.point(i), pressure[i] * s.weight[i]));
     let c = creepage(contact);
     let friction = contact.friction.coefficient(contact.speed * c.longitudinal.hypot(c.lateral));
-    Ok(Ellipse::of_pressure(nodes, friction, materials))
+    Ok(EllipticContact::of_pressure(nodes, friction, materials))
 }
 
 /// On rank 0: the eigenvalues with one point in place of the contact that was `found`, by each law; none where the
@@ -42,7 +47,7 @@ pub(super) fn wanted(examined: &StabilityProblem, found: &StabilityResult) -> Re
         )
     })?;
     let place = Footprint::of_pressure(interface, &state.pressure);
-    let of = |(law, (_, _, force)): (usize, &(_, _, Law))| -> Result<OfLaw> {
+    let of = |(law, (_, _, force)): (usize, &(_, _, TotalForceLaw))| -> Result<OfLaw> {
         let friction = LinearForce::new(force, &ellipse, &creepage(contact), contact.speed, &contact.friction);
         let force = friction.force;
         let point =

@@ -1,7 +1,7 @@
 //! How the modes of the bodies radiate, and the sound power of their motions.
 
 use crate::body::{Kind, Side, TraceModes};
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::job::SoundPower;
 use crate::parallel::World;
 use crate::sound::bands::resolving_time;
@@ -23,16 +23,16 @@ const COARSEST: f64 = 0.03;
 pub(super) struct RadiationInput {
     /// Frequencies at which it is known, Hz.
     pub(super) grid: Vec<f64>,
-    /// At these, N·s/m per kg, `[frequencies × m × m]`; of a rail W/N², as [`line::Radiators::powers`] has it.
+    /// At these, N·s/m per kg, `[frequencies × m × m]`; of a rail W/N², as [`line::RailRadiators::powers`] has it.
     pub(super) resistances: Vec<f64>,
     /// Matrix of plane waves, `[m × m]`; of a rail as `resistances`.
     pub(super) plane: Vec<f64>,
 }
 
 impl RadiationInput {
-    /// Collective: that of the body with the index `b` in [`Bodies::unique`], whose mode shapes are there. Each rank
-    /// takes some of the frequencies.
-    pub(super) fn new(world: &World, bodies: &Bodies, b: usize, (bands, air): (Bands, Air)) -> Result<Self> {
+    /// Collective: that of the body with the index `b` in [`BuiltBodies::unique`], whose mode shapes are there. Each
+    /// rank takes some of the frequencies.
+    pub(super) fn new(world: &World, bodies: &BuiltBodies, b: usize, (bands, air): (Bands, Air)) -> Result<Self> {
         if let Some(body) = bodies.unique.get(b) {
             if let Some(rail) = world.agree(body.infinite(2.0 * PI * bands.highest()))? {
                 return Self::of_rail(world, &rail, (bands, air));
@@ -45,7 +45,7 @@ impl RadiationInput {
     }
 
     fn of_rail(world: &World, rail: &Infinite, (bands, air): (Bands, Air)) -> Result<Self> {
-        let radiators = line::Radiators::new(rail, air, &bands);
+        let radiators = line::RailRadiators::new(rail, air, &bands);
         let far = world.sum_all(&world.agree(radiators.far(world.rank, world.size))?);
         let radiators = radiators.complete(&far);
         let grid = radiators.frequencies(&bands);
@@ -55,13 +55,13 @@ impl RadiationInput {
     }
 
     fn of_section(world: &World, modes: &OutlineModes, (bands, air): (Bands, Air)) -> Result<Self> {
-        let radiators = revolved::Radiators::new(modes, air);
+        let radiators = revolved::RevolvedRadiators::new(modes, air);
         let grid = radiators.frequencies(&bands);
         let some = world.agree(radiators.resistances(&grid, world.rank, world.size))?;
         Ok(Self { resistances: world.sum_all(&some), plane: radiators.of_plane_waves(&bands)?, grid })
     }
 
-    fn of_mesh(world: &World, bodies: &Bodies, b: usize, (bands, air): (Bands, Air)) -> Result<Self> {
+    fn of_mesh(world: &World, bodies: &BuiltBodies, b: usize, (bands, air): (Bands, Air)) -> Result<Self> {
         let (body, modes) = (bodies.fields(b)?, bodies.shapes_of(b)?);
         let [size, coarsest] = patch_sizes((bands, air), body.diameter());
         let radiators = surface::radiators(world, body, modes, size);
@@ -127,7 +127,7 @@ pub(super) fn bands_within(key: &str, wanted: &SoundPower, reach: f64) -> Result
 }
 
 /// The third octaves that are wanted under `key`, of the modes of the bodies that are heard.
-pub fn bands_of((key, wanted): (&str, &SoundPower), bodies: &Bodies, modes: &[TraceModes]) -> Result<Bands> {
+pub fn bands_of((key, wanted): (&str, &SoundPower), bodies: &BuiltBodies, modes: &[TraceModes]) -> Result<Bands> {
     let heard = bodies.places.iter().filter(|place| wanted.bodies.iter().any(|b| b.name() == place.name));
     let highest = |b: usize| modes.get(b).and_then(|m| m.omega.last()).map_or(0.0, |w| w / (2.0 * PI));
     bands_within(key, wanted, heard.map(|place| highest(place.body)).fold(f64::INFINITY, f64::min))
@@ -162,7 +162,7 @@ impl Sounding {
         world: &World,
         (key, wanted): (&str, &SoundPower),
         step: f64,
-        bodies: &Bodies,
+        bodies: &BuiltBodies,
         modes: &[TraceModes],
     ) -> Result<Self> {
         let count = |body: usize| modes.get(body).map_or(0, |m| m.omega.len());

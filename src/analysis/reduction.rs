@@ -6,8 +6,8 @@ use super::steps::Requirements;
 use crate::body::half_space::{is_uniform, HalfSpaceBody, HalfSpaceContact};
 use crate::body::hybrid::Lines;
 use crate::body::positivity::refuse_negative;
-use crate::body::{Body, TraceModes};
-use crate::case::bodies::Bodies;
+use crate::body::{ElasticBody, TraceModes};
+use crate::case::bodies::BuiltBodies;
 use crate::case::interface::{convolution, half_space, interface_of, near};
 use crate::grid::{Interface, Transfer};
 use crate::job::{self, Compliance, Job, LinearSolver};
@@ -24,13 +24,13 @@ pub struct Reduction {
 }
 
 impl Reduction {
-    /// Collective: the reduced model of the job's bodies with the `modes` of each of `Bodies::unique` (none of them,
-    /// where the job asks for none: the compliance is then all there is).
+    /// Collective: the reduced model of the job's bodies with the `modes` of each of `BuiltBodies::unique` (none of
+    /// them, where the job asks for none: the compliance is then all there is).
     pub fn build(
         world: &World,
         job: &Job,
         contact: &job::Contact,
-        bodies: &Bodies,
+        bodies: &BuiltBodies,
         modes: &[TraceModes],
         progress: &mut Progress,
     ) -> Result<Self> {
@@ -97,7 +97,7 @@ impl Reduction {
         world: &World,
         job: &Job,
         contact: &job::Contact,
-        (bodies, modes): (&Bodies, &[TraceModes]),
+        (bodies, modes): (&BuiltBodies, &[TraceModes]),
         progress: &mut Progress,
     ) -> Result<Option<SharedModel>> {
         let [lower, upper] = &bodies.places[..] else { return Ok(None) };
@@ -147,7 +147,7 @@ fn looked_through(mut model: ReducedModel) -> ReducedModel {
 
 /// An error where bodies meet on a grid that is not of their nodes, and it sees more of the modes than the compliance
 /// has.
-fn residual_is_positive(bodies: &Bodies, model: &ReducedModel) -> Result<()> {
+fn residual_is_positive(bodies: &BuiltBodies, model: &ReducedModel) -> Result<()> {
     let averaged = |p: &crate::case::bodies::Place| {
         p.grid().is_some_and(|g| matches!(g.transfer, Some(Transfer::Averages { .. })))
     };

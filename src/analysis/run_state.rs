@@ -8,7 +8,7 @@ use super::steps::{self, seeks_shapes, Step};
 use super::transient::{self, Inputs};
 use super::{creep_curve, cycles, modes, receptance, stability, steady, sweep};
 use crate::body::TraceModes;
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::case::preflight;
 use crate::job::{self, TransientModel};
 use crate::output::datasets::reduced::{self, Origin, Reused};
@@ -21,8 +21,8 @@ type PriorRun = Option<Option<Reused>>;
 /// Data that the steps of a run have computed so far.
 pub struct RunState<'s> {
     earlier: steps::PriorRun,
-    bodies: Bodies<'s>,
-    /// Free modes of each of [`Bodies::unique`]; those of an earlier run on rank 0, elsewhere their frequencies.
+    bodies: BuiltBodies<'s>,
+    /// Free modes of each of [`BuiltBodies::unique`]; those of an earlier run on rank 0, elsewhere their frequencies.
     modes: Vec<TraceModes>,
     /// Result of reading the mode shapes of an earlier run, where they were wanted.
     shapes: Option<Result<()>>,
@@ -45,7 +45,7 @@ impl<'s> RunState<'s> {
     pub fn new(earlier: steps::PriorRun) -> Self {
         Self {
             earlier,
-            bodies: Bodies::none(),
+            bodies: BuiltBodies::none(),
             modes: Vec::new(),
             shapes: None,
             computed: false,
@@ -73,7 +73,7 @@ impl<'s> RunState<'s> {
         match step {
             Step::PriorRun => self.read_earlier(run),
             Step::Bodies => {
-                self.bodies = Bodies::build(run.petsc, run.job, run.meshes, run.progress, &mut run.summary)?;
+                self.bodies = BuiltBodies::build(run.petsc, run.job, run.meshes, run.progress, &mut run.summary)?;
                 // Points of a sweep take the same files.
                 if run.job.sweep.is_none() {
                     run.meshes.forget();

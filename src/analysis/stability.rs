@@ -4,7 +4,7 @@ use super::reduction::Reduction;
 use super::run::Run;
 use super::steps::Requirements;
 use super::{complex_modes, full_stability, point, sensitivity};
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::case::well_posed;
 use crate::job::{self, Job};
@@ -138,7 +138,7 @@ pub(super) fn needs(job: &Job, wanted: &job::Stability) -> Requirements {
 
 /// Contributions of the bodies.
 pub(super) struct Parts<'a> {
-    pub(super) bodies: &'a Bodies<'a>,
+    pub(super) bodies: &'a BuiltBodies<'a>,
     /// Mode shapes of the bodies, or the reason why an earlier run does not give them.
     pub(super) shapes: std::result::Result<(), &'a Error>,
     pub(super) model: &'a Reduction,

@@ -5,7 +5,7 @@ use super::reduction::{by_products, Reduction};
 use super::run::Run;
 use super::steps::Requirements;
 use crate::body::Side;
-use crate::case::bodies::{Bodies, Place};
+use crate::case::bodies::{BuiltBodies, Place};
 use crate::case::interface::steady_rolling;
 use crate::case::wheel_rail_geometry;
 use crate::contact::consistent::{ConsistentSolution, ConsistentSteady};
@@ -31,7 +31,7 @@ pub fn run(
     run: &mut Run,
     steady: &job::Steady,
     contact: &job::Contact,
-    bodies: &Bodies,
+    bodies: &BuiltBodies,
     model: &Reduction,
 ) -> Result<()> {
     let world = run.world();
@@ -96,7 +96,7 @@ pub fn run(
 
 /// Collective: displacements of the places' bodies, this rank's degrees of freedom, m, under the reactions of the
 /// solution.
-fn loaded(bodies: &Bodies, solved: Option<(&Interface, &SteadySolution)>) -> Result<Vec<Vec<f64>>> {
+fn loaded(bodies: &BuiltBodies, solved: Option<(&Interface, &SteadySolution)>) -> Result<Vec<Vec<f64>>> {
     let reactions: Vec<f64> = solved.map_or(Vec::new(), |(s, r)| {
         (0..s.len())
             .flat_map(|i| [r.traction[i][0], r.traction[i][1], r.pressure[i]].map(|v| v * s.weight[i]))
@@ -110,7 +110,7 @@ fn loaded(bodies: &Bodies, solved: Option<(&Interface, &SteadySolution)>) -> Res
 /// displacement and stress of both bodies where their `displacements` are known.
 fn fields(
     world: &World,
-    bodies: &Bodies,
+    bodies: &BuiltBodies,
     displacements: Option<&[Vec<f64>]>,
     solved: Option<(&Interface, &SteadySolution)>,
     file: &mut ResultFile,

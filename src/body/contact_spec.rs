@@ -1,6 +1,6 @@
 //! Contacts of a body: their grids, frames and places, and how near to each other they may lie.
 
-use crate::swept::Patch;
+use crate::swept::LoadCircle;
 use crate::{Error, Result};
 
 /// Contact of a body: the lines of its grid, the frame of its rows, and its place, of the type `P`, on the body.
@@ -66,7 +66,7 @@ impl ContactPosition {
 
 /// Remarks on contacts that lie near each other, with loads on the `circles`. An error where two of them are one:
 /// nearer than three radii, with normals that differ by less than 0.2 rad.
-pub fn near_contacts(positions: &[ContactPosition], circles: &[Patch]) -> Result<Vec<String>> {
+pub fn near_contacts(positions: &[ContactPosition], circles: &[LoadCircle]) -> Result<Vec<String>> {
     let mut remarks = Vec::new();
     for (d, there) in positions.iter().enumerate() {
         for (c, here) in positions[..d].iter().enumerate() {
@@ -103,7 +103,7 @@ mod tests {
     /// other along the circumference have their distance and their angle.
     #[test]
     fn near_contacts_are_refused_or_told() {
-        let circles = [Patch { radius: 4e-3 }, Patch { radius: 5e-3 }];
+        let circles = [LoadCircle { radius: 4e-3 }, LoadCircle { radius: 5e-3 }];
         let tread = ContactPosition::round([0.46, 0.0], 0.0, 0.0);
         let beside =
             |y: f64, angle: f64| near_contacts(&[tread, ContactPosition::round([0.46, y], 0.0, angle)], &circles);

@@ -12,7 +12,7 @@ use super::rigid_motions;
 use super::rotation::{self, ModalRotation, RotationForms};
 use super::statics::Statics;
 use super::trace::Trace;
-use super::{Body, Fields, FullSystem, Kind, ModeLabel, ProgressFn, TraceModes};
+use super::{ElasticBody, Fields, FullSystem, Kind, ModeLabel, ProgressFn, TraceModes};
 use crate::eigen::sparse;
 use crate::fem::dofs::FIXED;
 use crate::fem::rotation::Axis;
@@ -27,7 +27,7 @@ use std::cell::{RefCell, RefMut};
 
 /// How static problems of the body are solved.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Method {
+pub enum StaticMethod {
     /// By a factorisation, which modes need as well.
     Direct,
     /// By conjugate gradients with algebraic multigrid.
@@ -39,7 +39,7 @@ pub struct Elements<'p> {
     petsc: &'p Petsc<'p>,
     /// Mesh, degrees of freedom, matrices and trace.
     pub fe: FeBody,
-    method: Method,
+    method: StaticMethod,
     /// The compliance of its contact rows, where that near the contact is a half-space's.
     hybrid: Option<Hybrid>,
     eigen: sparse::Method,
@@ -54,7 +54,7 @@ pub struct Elements<'p> {
 
 impl<'p> Elements<'p> {
     /// The body `fe`, whose static problems are to be solved by `method`.
-    pub fn new(petsc: &'p Petsc<'p>, fe: FeBody, method: Method) -> Self {
+    pub fn new(petsc: &'p Petsc<'p>, fe: FeBody, method: StaticMethod) -> Self {
         let order = CollectiveOrderCheck::new(&fe.name);
         let eigen = sparse::Method::default();
         let half_space = HalfSpace { young: fe.material.young, poisson: fe.material.poisson };
@@ -120,7 +120,7 @@ impl<'p> Elements<'p> {
     }
 }
 
-impl Body for Elements<'_> {
+impl ElasticBody for Elements<'_> {
     fn name(&self) -> &str {
         &self.fe.name
     }
@@ -138,8 +138,8 @@ impl Body for Elements<'_> {
         // What is there goes before the next one is made.
         *self.statics.get_mut() = None;
         let mut made = match self.method {
-            Method::Direct => Statics::direct(self.petsc, &self.fe)?,
-            Method::Iterative => Statics::iterative(self.petsc, &self.fe)?,
+            StaticMethod::Direct => Statics::direct(self.petsc, &self.fe)?,
+            StaticMethod::Iterative => Statics::iterative(self.petsc, &self.fe)?,
         };
         let mut text = made.describe();
         if let (Some(hybrid), Some(means)) = (&mut self.hybrid, &self.fe.means) {

@@ -8,7 +8,7 @@ use super::trace::Trace;
 use super::FullSystem;
 use crate::fem::assembly::Operators;
 use crate::fem::dofs::{DofMap, FIXED};
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::grid::ContactGrid;
 use crate::job::Support;
 use crate::mesh::distribute::{distribute, MeshPart};
@@ -28,7 +28,7 @@ pub struct FeBody {
     /// Numbers of the free degrees of freedom.
     pub dofs: DofMap,
     /// Material.
-    pub material: Material,
+    pub material: ElasticMaterial,
     /// Stiffness and mass.
     pub operators: Operators,
     /// Its contact rows; none where it has no contact surface.
@@ -63,7 +63,7 @@ impl FeBody {
         name: &str,
         mesh: Option<&Mesh>,
         grid: Option<&ContactGrid>,
-        material: Material,
+        material: ElasticMaterial,
         fixed: &[String],
     ) -> Result<Self> {
         let contacts: Vec<MeshContact> = grid.map(|grid| MeshContact { grid, along: 0.0 }).into_iter().collect();
@@ -77,7 +77,7 @@ impl FeBody {
         name: &str,
         mesh: Option<&Mesh>,
         contacts: &[MeshContact],
-        material: Material,
+        material: ElasticMaterial,
         (fixed, supports): (&[String], &[Support]),
     ) -> Result<Self> {
         world.on_root(|| match mesh {

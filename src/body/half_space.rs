@@ -8,7 +8,7 @@
 
 use super::hybrid::{self, Compact, Lines};
 use super::modes::Extent;
-use super::{Body, Kind, ProgressFn, TraceModes};
+use super::{ElasticBody, Kind, ProgressFn, TraceModes};
 use crate::parallel::World;
 use crate::swept::LOADS;
 use crate::{Error, Result};
@@ -232,7 +232,7 @@ impl HalfSpace {
     }
 }
 
-impl Body for HalfSpaceBody<'_> {
+impl ElasticBody for HalfSpaceBody<'_> {
     fn name(&self) -> &str {
         &self.name
     }
@@ -271,7 +271,7 @@ impl Body for HalfSpaceBody<'_> {
 
     /// None: it has no inertia that would reflect waves.
     fn modes(&mut self, _: Extent, _: &mut ProgressFn) -> Result<TraceModes> {
-        let rows = self.world.is_root().then(|| Mat::zeros(Body::rows(self), 0));
+        let rows = self.world.is_root().then(|| Mat::zeros(ElasticBody::rows(self), 0));
         Ok(TraceModes { rows, reach: f64::INFINITY, ..TraceModes::default() })
     }
 

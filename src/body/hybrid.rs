@@ -7,7 +7,7 @@ use super::half_space::HalfSpace;
 use super::positivity::refuse_negative;
 use crate::parallel::World;
 use crate::swept::compliance::{pair_of, put, sum};
-use crate::swept::{turned_between, Constant, Forms, HalfSpaceLoad, Patch, Path, SectionContact};
+use crate::swept::{turned_between, Constant, Forms, HalfSpaceLoad, LoadCircle, Path, SectionContact};
 use crate::{Error, Result};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -111,8 +111,8 @@ impl Hybrid {
     }
 
     /// The circles of the loads, one of each contact.
-    pub fn circles(&self) -> Vec<Patch> {
-        self.grids.iter().map(|[x, y]| Patch { radius: circle_radius([x, y]) }).collect()
+    pub fn circles(&self) -> Vec<LoadCircle> {
+        self.grids.iter().map(|[x, y]| LoadCircle { radius: circle_radius([x, y]) }).collect()
     }
 
     /// Collective: makes what is added to the half-space from the `forms` of a section that is meshed for loads at its
@@ -138,7 +138,7 @@ impl Hybrid {
         };
         let positions: Vec<ContactPosition> = contacts.iter().zip(tilts).map(position).collect();
         let remarks = near_contacts(&positions, &circles)?;
-        let wider = circles.iter().map(|circle| Patch { radius: WIDER * circle.radius }).collect();
+        let wider = circles.iter().map(|circle| LoadCircle { radius: WIDER * circle.radius }).collect();
         // Beside a corner there is room for the one alone.
         let both = Constant::of_contacts(forms, &[circles.clone(), wider], contacts);
         let constant = both.or_else(|_| Constant::of_contacts(forms, std::slice::from_ref(&circles), contacts))?;
@@ -155,8 +155,8 @@ impl Hybrid {
 
     /// Keeps the compliance that `yielding`, Γ⁻¹BΓ⁻¹ of loads on sets of discs, `circles`, leaves beside the
     /// half-spaces; said in words, for the summary.
-    pub fn complete(&mut self, yielding: &[Mat<f64>], circles: &[Vec<Patch>]) -> Result<String> {
-        let beside = |(b, set): (&Mat<f64>, &Vec<Patch>)| -> Mat<f64> {
+    pub fn complete(&mut self, yielding: &[Mat<f64>], circles: &[Vec<LoadCircle>]) -> Result<String> {
+        let beside = |(b, set): (&Mat<f64>, &Vec<LoadCircle>)| -> Mat<f64> {
             let mut all = b.clone();
             for (c, &patch) in set.iter().enumerate() {
                 let load = HalfSpaceLoad { patch, shear: self.half_space.shear(), poisson: self.half_space.poisson };
@@ -175,7 +175,7 @@ impl Hybrid {
 
     /// Keeps the first of `made`, what is added to the half-space by loads on the `circles` and on wider ones; in
     /// words.
-    fn keep_first(&mut self, made: &[Mat<f64>], circles: &[Patch]) -> Result<String> {
+    fn keep_first(&mut self, made: &[Mat<f64>], circles: &[LoadCircle]) -> Result<String> {
         let Some(all) = made.first() else { return Err(Error::Defect("no compliance beside the half-space".into())) };
         self.constant = Some(all.clone());
         let mut texts = Vec::new();
@@ -204,7 +204,7 @@ impl Hybrid {
     }
 
     /// Describes the compliance of one contact beside the half-space, with that of a wider circle, where there is one.
-    fn in_words(&self, a: &Square, wide: Option<&Square>, circle: Patch) -> String {
+    fn in_words(&self, a: &Square, wide: Option<&Square>, circle: LoadCircle) -> String {
         let pico = |v: f64| 1e12 * v;
         let mut text = format!(
             "compliance added to the half-space xx {:.1}, yy {:.1}, nn {:.1}, yn {:.1} pm/N",
@@ -308,7 +308,7 @@ pub(super) fn of_circles(
     (contact, tilt): (&SectionContact, f64),
     radii: &[f64],
 ) -> Result<Vec<Mat<f64>>> {
-    let circles: Vec<Patch> = radii.iter().map(|&radius| Patch { radius }).collect();
+    let circles: Vec<LoadCircle> = radii.iter().map(|&radius| LoadCircle { radius }).collect();
     in_grids(world, &Constant::for_contact(forms, &circles, contact)?, &[tilt])
 }
 

@@ -35,7 +35,7 @@ pub type ContactRow = Vec<(usize, f64)>;
 
 /// M, C, K and the contact rows of a body, whole, on rank 0.
 #[derive(Debug, Clone)]
-pub struct Matrices {
+pub struct BodyMatrices {
     /// Mass matrix, symmetric, positive semidefinite.
     pub mass: Csr,
     /// Damping matrix.
@@ -46,7 +46,7 @@ pub struct Matrices {
     pub contacts: Vec<[ContactRow; 3]>,
 }
 
-impl Matrices {
+impl BodyMatrices {
     /// The contact rows as degrees of freedom and coefficients.
     pub fn rows(&self) -> Vec<Vec<(u64, f64)>> {
         let row = |row: &ContactRow| row.iter().map(|&(dof, c)| (dof as u64, c)).collect();
@@ -76,7 +76,7 @@ pub struct Reduced {
 pub fn reduce(
     petsc: &Petsc,
     name: &str,
-    matrices: Option<&Matrices>,
+    matrices: Option<&BodyMatrices>,
     extent: Extent,
     method: Method,
     progress: &mut dyn FnMut(usize, usize),
@@ -94,7 +94,7 @@ pub fn reduce(
 }
 
 /// A negative shift of the scale of the mean eigenvalue.
-fn mean_shift(m: &Matrices) -> f64 {
+fn mean_shift(m: &BodyMatrices) -> f64 {
     let trace = |a: &Csr| (0..a.n).map(|i| a.get(i, i)).sum::<f64>();
     let massive = (0..m.mass.n).filter(|&i| m.mass.get(i, i) > 0.0);
     let stiffness: f64 = massive.map(|i| m.stiffness.get(i, i)).sum();
@@ -127,7 +127,7 @@ fn keep(omega: &[f64], extent: Extent) -> Result<usize> {
 }
 
 /// All eigenpairs of finite frequency of K φ = ω² M φ and the compliance, densely.
-fn dense(m: &Matrices, extent: Extent) -> Result<Reduced> {
+fn dense(m: &BodyMatrices, extent: Extent) -> Result<Reduced> {
     let n = m.stiffness.n;
     let full = |a: &Csr| Mat::from_fn(n, n, |i, j| a.get(i, j));
     let (k, mass) = (full(&m.stiffness), full(&m.mass));
@@ -229,7 +229,7 @@ fn kept_modes(
 fn sparse(
     petsc: &Petsc,
     name: &str,
-    matrices: Option<&Matrices>,
+    matrices: Option<&BodyMatrices>,
     extent: Extent,
     method: Method,
     progress: &mut dyn FnMut(usize, usize),
@@ -260,7 +260,7 @@ fn sparse(
         }
         Err(e) => return Err(e),
     };
-    let pencil = sparse::Matrices::new(world, &k, &m);
+    let pencil = sparse::DistributedMatrices::new(world, &k, &m);
     let mut wanted = (count + 3).min(k.order() as usize);
     let found = loop {
         let options = ModesOptions { sigma: shift, count: wanted, method, prefix: format!("{name}_") };
@@ -282,7 +282,7 @@ fn sparse(
     let omega = frequencies(&found.lambda, shift)?;
     let kept = keep(&omega, extent)?;
 
-    let given = matrices.map(Matrices::rows);
+    let given = matrices.map(BodyMatrices::rows);
     let trace = Trace::new(world, &k.ranges, given.as_deref())?;
     let rows = trace.dofs();
     let at_shift = factor.inverse_block(&rows)?;

@@ -2,9 +2,9 @@
 
 use super::collective_order::CollectiveOrderCheck;
 use super::fe::BodyModes;
-use super::matrices::{reduce, scatter, Matrices, Reduced};
+use super::matrices::{reduce, scatter, BodyMatrices, Reduced};
 use super::modes::Extent;
-use super::{Body, FullSystem, Kind, ProgressFn, Trace, TraceModes};
+use super::{ElasticBody, FullSystem, Kind, ProgressFn, Trace, TraceModes};
 use crate::eigen::sparse::Method;
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
@@ -19,7 +19,7 @@ pub struct MatrixBody<'p> {
     name: String,
     eigen: Method,
     /// On rank 0.
-    matrices: Option<Matrices>,
+    matrices: Option<BodyMatrices>,
     stiffness: DistCsr,
     mass: DistCsr,
     damping: Option<DistCsr>,
@@ -32,13 +32,13 @@ pub struct MatrixBody<'p> {
 
 impl<'p> MatrixBody<'p> {
     /// Collective: the body `name` by the matrices of rank 0.
-    pub fn new(petsc: &'p Petsc<'p>, name: &str, matrices: Option<Matrices>) -> Result<Self> {
+    pub fn new(petsc: &'p Petsc<'p>, name: &str, matrices: Option<BodyMatrices>) -> Result<Self> {
         let world = petsc.world();
         let m = matrices.as_ref();
         let (stiffness, mass) = (scatter(world, m.map(|m| &m.stiffness)), scatter(world, m.map(|m| &m.mass)));
         let damped = world.broadcast(vec![u8::from(m.is_some_and(|m| m.damping.is_some()))]) == [1];
         let damping = damped.then(|| scatter(world, m.and_then(|m| m.damping.as_ref())));
-        let rows = m.map(Matrices::rows);
+        let rows = m.map(BodyMatrices::rows);
         let trace = Trace::new(world, &stiffness.ranges, rows.as_deref())?;
         let (name, order) = (name.to_owned(), CollectiveOrderCheck::new(name));
         let eigen = Method::default();
@@ -94,7 +94,7 @@ impl<'p> MatrixBody<'p> {
     }
 }
 
-impl Body for MatrixBody<'_> {
+impl ElasticBody for MatrixBody<'_> {
     fn name(&self) -> &str {
         &self.name
     }

@@ -1,7 +1,7 @@
 //! From the files of a job to the matrices of a body: one order of rows for mass, damping and stiffness, their unit,
 //! supports, and the contact rows.
 
-use super::matrices::{ContactRow, Matrices, ASYMMETRY};
+use super::matrices::{BodyMatrices, ContactRow, ASYMMETRY};
 use super::matrix_files::dofs::{self, Dof};
 use super::matrix_files::{self, Format, Labelled, Source};
 use super::matrix_market::Csr;
@@ -121,7 +121,7 @@ fn source(file: &MatrixFile) -> Source<'_> {
     Source { path: file.path(), name, format }
 }
 
-impl Matrices {
+impl BodyMatrices {
     /// Reads the files of the body `name` and checks that they fit each other, the supports and the contact rows.
     ///
     /// # Errors

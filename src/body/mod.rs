@@ -179,7 +179,7 @@ impl Kind {
 /// A body in contact. Every method but the plainest is collective: all ranks call it, in the same order; what is
 /// asked of the contact rows is given and returned on rank 0; an error of one rank is one of all. All is in lower
 /// form. Contact rows are stacked over the contacts of the body, in their order.
-pub trait Body {
+pub trait ElasticBody {
     /// Name in messages and results.
     fn name(&self) -> &str;
 
@@ -195,7 +195,7 @@ pub trait Body {
         Ok(None)
     }
 
-    /// Collective: gives back the memory that [`Body::factorise`] took.
+    /// Collective: gives back the memory that [`ElasticBody::factorise`] took.
     fn release(&mut self) -> Result<()> {
         Ok(())
     }
@@ -204,8 +204,8 @@ pub trait Body {
     /// 0.
     fn compliance(&self, steps: &mut ProgressFn) -> Result<Option<Mat<f64>>>;
 
-    /// Low-rank data of its contact rows, where that is few numbers, the same on every rank, after [`Body::factorise`]
-    /// and [`Body::modes`].
+    /// Low-rank data of its contact rows, where that is few numbers, the same on every rank, after
+    /// [`ElasticBody::factorise`] and [`ElasticBody::modes`].
     fn compact(&self) -> Result<Option<Compact>> {
         Ok(None)
     }
@@ -216,7 +216,7 @@ pub trait Body {
         Ok(None)
     }
 
-    /// Sets one of [`Body::contact_compliances`] in place of what [`Body::factorise`] computes.
+    /// Sets one of [`ElasticBody::contact_compliances`] in place of what [`ElasticBody::factorise`] computes.
     fn adopt_compliance(&mut self, _constant: Mat<f64>) {}
 
     /// Collective: the free-interface modes that are wanted.
@@ -227,20 +227,21 @@ pub trait Body {
         None
     }
 
-    /// Takes modes that another body has found, for [`Body::modes`] to look whether they serve it.
+    /// Takes modes that another body has found, for [`ElasticBody::modes`] to look whether they serve it.
     fn reuse_modes(&mut self, _found: &CachedModes) {}
 
     /// Collective: static displacement of the contact rows, m, `[3n]` on rank 0, under forces on them, N, `[3n]` on
     /// rank 0.
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>>;
 
-    /// The modes at all degrees of freedom, after [`Body::modes`] or [`Fields::replace_shapes`], where they are kept.
+    /// The modes at all degrees of freedom, after [`ElasticBody::modes`] or [`Fields::replace_shapes`], where they are
+    /// kept.
     fn shapes(&self) -> Option<&BodyModes> {
         None
     }
 
-    /// Returns the radiating outline of its modes, after [`Body::modes`], of a body that is swept from a section. An
-    /// error where the section has no outline that could radiate.
+    /// Returns the radiating outline of its modes, after [`ElasticBody::modes`], of a body that is swept from a
+    /// section. An error where the section has no outline that could radiate.
     fn outline(&self) -> Result<Option<&OutlineModes>> {
         Ok(None)
     }
@@ -251,8 +252,8 @@ pub trait Body {
         Ok(None)
     }
 
-    /// Its modes on a mesh that shows them, after [`Body::modes`], of a body that is swept from a section; the same
-    /// on every rank.
+    /// Its modes on a mesh that shows them, after [`ElasticBody::modes`], of a body that is swept from a section; the
+    /// same on every rank.
     fn picture(&self) -> Option<&PictureModes> {
         None
     }
@@ -262,7 +263,7 @@ pub trait Body {
         None
     }
 
-    /// [`Body::fields`], to be changed.
+    /// [`ElasticBody::fields`], to be changed.
     fn fields_mut(&mut self) -> Option<&mut dyn Fields> {
         None
     }
@@ -303,7 +304,7 @@ pub trait Fields {
     /// move.
     fn of_nodes(&self, value: &dyn Fn(usize) -> Option<[f64; 3]>) -> Option<Vec<f64>>;
 
-    /// Takes modes from elsewhere as those of [`Body::shapes`], or none; returns those there were.
+    /// Takes modes from elsewhere as those of [`ElasticBody::shapes`], or none; returns those there were.
     fn replace_shapes(&mut self, shapes: Option<BodyModes>) -> Option<BodyModes>;
 
     /// Collective: the modes at the contact rows, 1/√kg, `[3n, m]` on rank 0.

@@ -4,7 +4,7 @@ use super::clusters;
 use super::fe::{BodyModes, FeBody};
 use super::statics::Statics;
 use crate::eigen::sparse::{self, Method, ModesOptions};
-use crate::eigen::Modes;
+use crate::eigen::FoundModes;
 use crate::parallel::World;
 use crate::petsc::mumps::{Factor, FactorOptions, Symmetry};
 use crate::petsc::session::Petsc;
@@ -48,7 +48,7 @@ pub fn compute(
             body.name
         )));
     }
-    let pencil = sparse::Matrices::new(world, &body.operators.stiffness, &body.operators.mass);
+    let pencil = sparse::DistributedMatrices::new(world, &body.operators.stiffness, &body.operators.mass);
     let pencil = pencil.knowing(&body.rigid.shapes);
     let rigid = body.rigid.len();
     let mut wanted = (count.max(rigid) + BEYOND).min(order);
@@ -90,7 +90,7 @@ pub fn compute(
 
 /// Collective: puts the rigid motions before the elastic modes, which are freed of what rounding has left of them,
 /// and clears what is clamped.
-fn complete(world: &World, body: &FeBody, found: &mut Modes) {
+fn complete(world: &World, body: &FeBody, found: &mut FoundModes) {
     for vector in &mut found.vectors {
         body.rigid.deform(world, vector, 1);
         body.effect.clear(&body.dofs, vector);

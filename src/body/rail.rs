@@ -6,16 +6,16 @@ use super::half_space::HalfSpace;
 use super::hybrid::{of_circles, statics, Compact, Hybrid, LoadCircles};
 use super::mode_cache::{by_ranks, CachedModes};
 use super::modes::Extent;
-use super::{Body, ContactSpec, Kind, ModeLabel, ProgressFn, TraceModes};
-use crate::fem::Material;
+use super::{ContactSpec, ElasticBody, Kind, ModeLabel, ProgressFn, TraceModes};
+use crate::fem::ElasticMaterial;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, contact_functions, limit_of, of_order};
-use crate::swept::waves::{self, Damping, Member, RailMode};
+use crate::swept::waves::{self, Member, RailDamping, RailMode};
 use crate::swept::{
     family_shares, infinite, turned, ContactModeData, DiscreteSupports, DisplayMesh, Forms, HeadPoint, Infinite,
     LineLoad, PictureModes,
 };
-use crate::swept::{SectionContact, Track, LOADS};
+use crate::swept::{RailTrack, SectionContact, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 use std::f64::consts::PI;
@@ -28,17 +28,17 @@ const BEYOND: usize = 4;
 #[derive(Debug, Clone)]
 pub struct RailSpec<'a> {
     /// The section, with the contact point on its head.
-    pub section: crate::swept::Rail,
+    pub section: crate::swept::PlacedRailSection,
     /// Its material.
-    pub material: Material,
+    pub material: ElasticMaterial,
     /// Length after which it repeats itself, m.
     pub period: f64,
     /// Track under the rail, spread evenly.
-    pub track: Track,
+    pub track: RailTrack,
     /// Positions of pads and sleepers, if they stand apart; its `track` is then the pads alone.
     pub bays: Option<DiscreteSupports>,
     /// Its damping beside that of the track.
-    pub damping: Damping,
+    pub damping: RailDamping,
     /// Angle of the frame in which it is shown against the upright section, from y to z, rad: that of its contact,
     /// where it has one alone; none: that of the surface at the contact point.
     pub tilt: Option<f64>,
@@ -47,15 +47,15 @@ pub struct RailSpec<'a> {
 }
 
 /// A rail.
-pub struct Rail<'w> {
+pub struct RailOnTrack<'w> {
     world: &'w World,
     name: String,
-    section: crate::swept::Rail,
+    section: crate::swept::PlacedRailSection,
     /// Meshed for the modes, in the frame of the surface at the contact point.
     forms: Rc<Forms>,
-    track: Track,
+    track: RailTrack,
     bays: Option<DiscreteSupports>,
-    damping: Damping,
+    damping: RailDamping,
     period: f64,
     /// Angle of the frame in which it is shown against that of the surface at the contact point, rad.
     tilt: f64,
@@ -83,8 +83,8 @@ pub struct RailSpectrum {
     forms: Rc<Forms>,
     /// Angle between the frame of their amplitudes and the upright section, rad.
     angle: f64,
-    track: Track,
-    losses: Damping,
+    track: RailTrack,
+    losses: RailDamping,
     extent: Extent,
     all: Vec<RailMode>,
     /// How many of them are kept.
@@ -93,7 +93,7 @@ pub struct RailSpectrum {
     damping: Option<Mat<f64>>,
 }
 
-impl<'w> Rail<'w> {
+impl<'w> RailOnTrack<'w> {
     /// The rail `name`, the same on every rank.
     pub fn new(world: &'w World, name: &str, making: RailSpec) -> Result<Self> {
         let RailSpec { section, material, period, track, bays, damping, tilt, contacts } = making;
@@ -297,7 +297,7 @@ impl<'w> Rail<'w> {
 struct OnBays {
     /// Angular frequencies, rad/s, `[m]`.
     omega: Vec<f64>,
-    /// Their values at the contacts, as [`Rail::seen_at`].
+    /// Their values at the contacts, as [`RailOnTrack::seen_at`].
     seen: Mat<f64>,
     /// Their damping matrix, 1/s, `[m, m]`; on rank 0.
     damping: Option<Mat<f64>>,
@@ -319,7 +319,7 @@ fn frequencies(all: &[RailMode], list: &[Member]) -> Vec<f64> {
     list.iter().map(|m| all[m.0].omega[m.1]).collect()
 }
 
-impl Body for Rail<'_> {
+impl ElasticBody for RailOnTrack<'_> {
     fn name(&self) -> &str {
         &self.name
     }
@@ -437,7 +437,7 @@ impl Body for Rail<'_> {
             }
         };
         // Pads and sleepers that stand apart are spread evenly.
-        let track = Track { sleeper: self.bays.map_or(self.track.sleeper, |b| b.sleeper), ..self.track };
+        let track = RailTrack { sleeper: self.bays.map_or(self.track.sleeper, |b| b.sleeper), ..self.track };
         let making = infinite::InfiniteRailSpec {
             section: self.section.for_modes()?,
             material: self.forms.material,

@@ -1,7 +1,7 @@
 //! A body that does not move.
 
 use super::modes::Extent;
-use super::{Body, Kind, ProgressFn, TraceModes};
+use super::{ElasticBody, Kind, ProgressFn, TraceModes};
 use crate::parallel::World;
 use crate::Result;
 use faer::Mat;
@@ -20,7 +20,7 @@ impl<'w> Rigid<'w> {
     }
 }
 
-impl Body for Rigid<'_> {
+impl ElasticBody for Rigid<'_> {
     fn name(&self) -> &str {
         &self.name
     }

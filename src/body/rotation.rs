@@ -4,7 +4,7 @@ use super::fe::{BodyModes, FeBody};
 use super::modal::ModalMatrix;
 use super::statics::Statics;
 use crate::fem::assembly::Assembly;
-use crate::fem::forms::{Convected, Gyroscopic, Prestress};
+use crate::fem::forms::{Convected, Gyroscopic, PrestressStiffness};
 use crate::fem::rotation::Axis;
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
@@ -102,7 +102,7 @@ impl RotationForms {
     pub fn assemble(world: &World, body: &FeBody, axis: Axis, displacement: &[[f64; 3]]) -> Result<Self> {
         let assembly = Assembly::new(world, &body.part, &body.dofs)?;
         let (density, material) = (body.material.density, body.material);
-        let prestress = assembly.assemble(&Prestress { material, displacement });
+        let prestress = assembly.assemble(&PrestressStiffness { material, displacement });
         let stiffness = prestress.minus_scaled(1.0, &assembly.assemble(&Convected { density, axis }));
         let gyroscopic = assembly.assemble(&Gyroscopic { density, axis });
         Ok(Self { axis, gyroscopic: gyroscopic.into(), stiffness: stiffness.into() })

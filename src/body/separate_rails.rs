@@ -11,8 +11,8 @@
 use super::hybrid::Compact;
 use super::mode_cache::CachedModes;
 use super::modes::Extent;
-use super::rail::Rail;
-use super::{Body, Kind, ModeLabel, ProgressFn, TraceModes};
+use super::rail::RailOnTrack;
+use super::{ElasticBody, Kind, ModeLabel, ProgressFn, TraceModes};
 use crate::parallel::World;
 use crate::swept::Infinite;
 use crate::{Error, Result};
@@ -23,14 +23,14 @@ pub struct SeparateRails<'w> {
     world: &'w World,
     name: String,
     /// The rails with their names, in the order of their contacts.
-    rails: [(&'static str, Rail<'w>); 2],
+    rails: [(&'static str, RailOnTrack<'w>); 2],
     /// Rail and number on it of each mode, ascending, once they are known.
     order: Vec<(usize, usize)>,
 }
 
 impl<'w> SeparateRails<'w> {
     /// The body `name` of two rails with their names; contact rows of the first one come first.
-    pub fn new(world: &'w World, name: &str, rails: [(&'static str, Rail<'w>); 2]) -> Self {
+    pub fn new(world: &'w World, name: &str, rails: [(&'static str, RailOnTrack<'w>); 2]) -> Self {
         Self { world, name: name.into(), rails, order: Vec::new() }
     }
 
@@ -71,7 +71,7 @@ fn diagonal(first: &Mat<f64>, second: &Mat<f64>) -> Mat<f64> {
     all
 }
 
-impl Body for SeparateRails<'_> {
+impl ElasticBody for SeparateRails<'_> {
     fn name(&self) -> &str {
         &self.name
     }

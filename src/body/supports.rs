@@ -6,9 +6,9 @@
 
 use crate::fem::assembly::{Assembly, Operators};
 use crate::fem::dofs::{DofMap, FIXED};
-use crate::fem::forms::{Absorbing, Foundation};
-use crate::fem::surface::Surface;
-use crate::fem::Material;
+use crate::fem::forms::{AbsorbingMass, Foundation};
+use crate::fem::surface::FacetSurface;
+use crate::fem::ElasticMaterial;
 use crate::job::{Component, Per, Support};
 use crate::mesh::distribute::MeshPart;
 use crate::mesh::Mesh;
@@ -34,7 +34,7 @@ pub struct Supported<'a> {
     /// Its degrees of freedom.
     pub dofs: &'a DofMap,
     /// Material.
-    pub material: Material,
+    pub material: ElasticMaterial,
 }
 
 /// Contributions of supports beside stiffness and mass.
@@ -71,7 +71,7 @@ impl Supported<'_> {
                 Some(mesh) => mesh.require_group(&support.group, &format!("{key}.group: the mesh")),
                 None => Ok(()),
             })?;
-            let surface = Surface::new(world, self.part, self.mesh, &support.group);
+            let surface = FacetSurface::new(world, self.part, self.mesh, &support.group);
             let (area, ..) = surface.measures(world);
             let share = if support.per == Per::Total { 1.0 / area } else { 1.0 };
             let form = |[x, y, z, n]: [f64; 4]| {
@@ -104,7 +104,7 @@ impl Supported<'_> {
                 refuse_curved(&key, "absorbing", apart)?;
                 let (density, depth, rate) = (self.material.density, absorbing.depth, absorbing.rate);
                 let along = absorbing.longitudinal.unwrap_or(0.0);
-                let form = Absorbing { density, place, normal, depth, rate, across: along > 0.0 };
+                let form = AbsorbingMass { density, place, normal, depth, rate, across: along > 0.0 };
                 damping.push(Assembly::new(world, self.part, self.dofs)?.assemble(&form));
                 if along > 0.0 {
                     // A long wave along a bar meets ρ√(E/ρ) for each square metre of its section.
@@ -128,7 +128,7 @@ impl Supported<'_> {
     }
 
     /// Collective: the component across a plane of symmetry.
-    fn across(&self, world: &World, surface: &Surface, key: &str) -> Result<Component> {
+    fn across(&self, world: &World, surface: &FacetSurface, key: &str) -> Result<Component> {
         let (_, normal, apart) = surface.plane(world);
         refuse_curved(key, "symmetry", apart)?;
         let along = |c: usize| 1.0 - normal[c].abs() <= 0.5 * PLANE * PLANE;

@@ -12,13 +12,13 @@ use super::half_space::HalfSpace;
 use super::hybrid::{of_circles, statics, Compact, Hybrid, LoadCircles};
 use super::mode_cache::{by_ranks, CachedModes};
 use super::modes::Extent;
-use super::{Body, ContactSpec, Kind, ProgressFn, TraceModes};
-use crate::fem::Material;
+use super::{ContactSpec, ElasticBody, Kind, ProgressFn, TraceModes};
+use crate::fem::ElasticMaterial;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, contact_functions, limit_of, of_order};
 use crate::swept::{
-    turned, Attachment, ContactModeData, EdgeSprings, Forms, HalfSections, LineLoad, Modes, Prestress, SectionSource,
-    LOADS,
+    turned, Attachment, ContactModeData, EdgeSprings, Forms, FourierModes, HalfSections, LineLoad, Prestress,
+    SectionSource, LOADS,
 };
 use crate::swept::{Bearing, DisplayMesh, Mirror, Outline, OutlineModes, PictureModes, RunningPlace, SectionContact};
 use crate::{Error, Result};
@@ -37,7 +37,7 @@ pub struct RevolvedSpec<'a> {
     /// Its section.
     pub section: SectionSource,
     /// Its material.
-    pub material: Material,
+    pub material: ElasticMaterial,
     /// Groups of the section that are clamped.
     pub fixed: &'a [String],
     /// Springs at its edges.
@@ -218,7 +218,12 @@ impl<'w> Swept<'w> {
 
     /// The modes of an order up to ω = `limit`, rad/s, with the parity of each where the section is symmetric: one by
     /// one half where the supports are symmetric as well.
-    fn of_order(&self, n: usize, limit: f64, halves: Option<&HalfSections>) -> Result<(Modes, Option<Vec<f64>>)> {
+    fn of_order(
+        &self,
+        n: usize,
+        limit: f64,
+        halves: Option<&HalfSections>,
+    ) -> Result<(FourierModes, Option<Vec<f64>>)> {
         if let Some(halves) = halves {
             let (modes, parity) = halves.of_order(&self.forms, n, limit)?;
             return Ok((modes, Some(parity)));
@@ -308,7 +313,7 @@ impl Swept<'_> {
     }
 }
 
-impl Body for Swept<'_> {
+impl ElasticBody for Swept<'_> {
     fn name(&self) -> &str {
         &self.name
     }

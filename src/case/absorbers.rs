@@ -1,7 +1,7 @@
 //! Tuned absorbers and ring dampers of a wheel, as a job gives them.
 
 use super::bodies::material_of;
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::job::{self, AbsorberDirection, AbsorberPlace, Job, MeshSource, NamedPlace};
 use crate::swept::{Attachment, SectionSource, Wire};
 use crate::{Error, Result};
@@ -67,7 +67,7 @@ pub(crate) fn carried(name: &str, body: &job::Body, section: &SectionSource) -> 
     for (i, ring) in body.ring_dampers.iter().enumerate() {
         let place = place_of(&ring.place, section)?;
         let &job::Material { young, poisson, density } = &ring.material;
-        let wire = Wire { diameter: ring.diameter, material: Material { young, poisson, density } };
+        let wire = Wire { diameter: ring.diameter, material: ElasticMaterial { young, poisson, density } };
         let (mass, omega) = (wire.mass(place[0]), 2.0 * PI * ring.frequency);
         carried.attachments.push(Attachment {
             name: format!("bodies.{name}.ring_dampers.{i}"),

@@ -4,15 +4,15 @@ use super::meshes::{Meshed, Meshes};
 use super::positioned_mesh::in_contact_frame;
 use super::surfaces;
 use crate::body::averaged_trace::MeshContact;
-use crate::body::elements::{Elements, Method};
+use crate::body::elements::{Elements, StaticMethod};
 use crate::body::fe::{BodyModes, FeBody};
-use crate::body::matrices::Matrices;
+use crate::body::matrices::BodyMatrices;
 use crate::body::matrix_body::MatrixBody;
 use crate::body::rigid::Rigid;
-use crate::body::{Body, Fields, FullSystem, Side};
+use crate::body::{ElasticBody, Fields, FullSystem, Side};
 use crate::eigen::sparse;
 use crate::fem::rotation::Axis;
-use crate::fem::{assembly, Material};
+use crate::fem::{assembly, ElasticMaterial};
 use crate::grid::{ContactGrid, Transfer};
 use crate::job::{self, Compliance, EigenSolver, Job, LinearSolver, MeshSource, Profile};
 use crate::mesh::Mesh;
@@ -37,7 +37,7 @@ pub struct Place {
     pub name: &'static str,
     /// Side of the contact.
     pub side: Side,
-    /// Index in [`Bodies::unique`].
+    /// Index in [`BuiltBodies::unique`].
     pub body: usize,
     /// Grids of the contacts on the body, on rank 0; none without contact.
     pub grids: Vec<ContactGrid>,
@@ -45,7 +45,7 @@ pub struct Place {
     /// mesh in lower form, m, `[nx*ny]`, on rank 0.
     pub laid: Vec<[f64; 3]>,
     /// Material of finite elements.
-    pub material: Option<Material>,
+    pub material: Option<ElasticMaterial>,
     /// Checksum of the mesh, on rank 0.
     pub(super) checksum: String,
 }
@@ -68,21 +68,21 @@ impl Place {
         (name, side): (&'static str, Side),
         body: usize,
         grids: Vec<ContactGrid>,
-        material: Material,
+        material: ElasticMaterial,
     ) -> Self {
         Self { name, side, body, grids, laid: Vec::new(), material: Some(material), checksum: String::new() }
     }
 }
 
 /// The bodies of a job.
-pub struct Bodies<'p> {
+pub struct BuiltBodies<'p> {
     /// The places, lower first.
     pub places: Vec<Place>,
     /// The bodies that differ; empty when no analysis needs them.
-    pub unique: Vec<Box<dyn Body + 'p>>,
+    pub unique: Vec<Box<dyn ElasticBody + 'p>>,
 }
 
-impl<'p> Bodies<'p> {
+impl<'p> BuiltBodies<'p> {
     /// No bodies, where what they give comes from elsewhere.
     pub fn none() -> Self {
         Self { places: Vec::new(), unique: Vec::new() }
@@ -219,24 +219,24 @@ impl<'p> Bodies<'p> {
         self.unique.iter_mut().filter_map(|b| b.fields_mut()).for_each(|f| drop(f.replace_shapes(None)));
     }
 
-    /// The motions of the body with this index in [`Bodies::unique`] on its mesh.
+    /// The motions of the body with this index in [`BuiltBodies::unique`] on its mesh.
     pub fn fields(&self, body: usize) -> Result<&dyn Fields> {
         let found = self.unique.get(body).and_then(|b| b.fields());
         found.ok_or_else(|| Error::Defect("motions on a mesh are asked for of a body without one".into()))
     }
 
-    /// The matrices of each of [`Bodies::unique`].
+    /// The matrices of each of [`BuiltBodies::unique`].
     pub fn full_systems(&self) -> Result<Vec<&dyn FullSystem>> {
         let missing = || Error::Defect("matrices are asked for of a body without them".into());
         self.unique.iter().map(|b| b.full_system().ok_or_else(missing)).collect()
     }
 
-    /// The mode shapes of each of [`Bodies::unique`]; none where they were not computed.
+    /// The mode shapes of each of [`BuiltBodies::unique`]; none where they were not computed.
     pub fn shapes(&self) -> Vec<&BodyModes> {
         self.unique.iter().filter_map(|b| b.shapes()).collect()
     }
 
-    /// The mode shapes of the body with this index in [`Bodies::unique`].
+    /// The mode shapes of the body with this index in [`BuiltBodies::unique`].
     pub fn shapes_of(&self, body: usize) -> Result<&BodyModes> {
         let found = self.unique.get(body).and_then(|b| b.shapes());
         found.ok_or_else(|| Error::Defect("a body has no mode shapes".into()))
@@ -251,7 +251,7 @@ impl<'p> Bodies<'p> {
         self.places.iter().filter_map(part).collect()
     }
 
-    /// On rank 0: the contact grid of the body with this index in [`Bodies::unique`].
+    /// On rank 0: the contact grid of the body with this index in [`BuiltBodies::unique`].
     pub fn grid_of(&self, body: usize) -> Option<&ContactGrid> {
         self.places.iter().find(|p| p.body == body).and_then(Place::grid)
     }
@@ -319,8 +319,8 @@ pub(super) fn of_elements<'p>(
     ));
     fe.effect.lines.iter().for_each(|line| summary.line(format!("body {name}: {line}")));
     let method = match job.solver.linear {
-        LinearSolver::Mumps => Method::Direct,
-        LinearSolver::Gamg => Method::Iterative,
+        LinearSolver::Mumps => StaticMethod::Direct,
+        LinearSolver::Gamg => StaticMethod::Iterative,
     };
     let elements = Elements::new(petsc, fe, method).with_modes_by(eigen_method(job));
     match (axis, &body.mesh) {
@@ -355,14 +355,14 @@ fn same_groups(a: &[String], b: &[String]) -> bool {
 }
 
 /// On rank 0: the matrices of a body.
-pub(super) fn matrices_of(name: &str, body: &job::Body) -> Result<Matrices> {
+pub(super) fn matrices_of(name: &str, body: &job::Body) -> Result<BodyMatrices> {
     let Some(given) = &body.matrices else {
         return Err(Error::Defect(format!("body {name} has no matrices")));
     };
-    Matrices::read(name, given)
+    BodyMatrices::read(name, given)
 }
 
-pub(crate) fn material_of(body: &job::Body) -> Result<Material> {
+pub(crate) fn material_of(body: &job::Body) -> Result<ElasticMaterial> {
     let m = body.elastic()?;
-    Ok(Material { young: m.young, poisson: m.poisson, density: m.density })
+    Ok(ElasticMaterial { young: m.young, poisson: m.poisson, density: m.density })
 }

@@ -9,7 +9,7 @@ use crate::output::datasets::curving as datasets;
 use crate::output::Table;
 use crate::parallel::World;
 use crate::placement::read::ProfileKind;
-use crate::placement::{MovableWheel, Placement, Position, TrackSide};
+use crate::placement::{MovableWheel, Position, RailSide, WheelPlacement};
 use crate::{Error, Result};
 use serde_json::json;
 
@@ -17,7 +17,7 @@ use serde_json::json;
 const NO_SHARE: f64 = 1e-4;
 
 /// The vehicle of a job in its curve, in equilibrium.
-pub struct Curving {
+pub struct CurvingVehicle {
     /// The problem.
     pub problem: CurvingProblem,
     /// Its solution.
@@ -39,7 +39,7 @@ fn problem(job: &Job) -> Result<(CurvingProblem, Vec<String>)> {
     let rail = profile(lower, ProfileKind::Rail, &mut notes)?;
     let over = |side| MovableWheel::new(&track(curve, &vehicle, side), &wheel, &rail).map_err(|e| e.context("curve"));
     let problem = CurvingProblem {
-        wheels: [over(TrackSide::Left)?, over(TrackSide::Right)?],
+        wheels: [over(RailSide::Left)?, over(RailSide::Right)?],
         materials: [material(lower)?, material(upper)?],
         friction: contact.friction.clone(),
         law: match curve.creep_law {
@@ -53,8 +53,8 @@ fn problem(job: &Job) -> Result<(CurvingProblem, Vec<String>)> {
     Ok((problem, notes))
 }
 
-fn track(curve: &Curve, vehicle: &VehicleData, side: TrackSide) -> Placement {
-    Placement {
+fn track(curve: &Curve, vehicle: &VehicleData, side: RailSide) -> WheelPlacement {
+    WheelPlacement {
         side,
         gauge: curve.gauge + curve.gauge_widening,
         gauge_depth: curve.gauge_depth,
@@ -95,7 +95,7 @@ fn bogie_wheel(wheel: VehicleWheel) -> BogieWheel {
     BogieWheel { leading, inner }
 }
 
-impl Curving {
+impl CurvingVehicle {
     /// The vehicle of `job` in its curve. For one rank.
     ///
     /// # Errors
@@ -280,7 +280,7 @@ impl Curving {
 /// through keep their stand-ins, and are refused by `settle` when they come up.
 ///
 /// # Errors
-/// As [`Curving::from_job`], for the job's own curve.
+/// As [`CurvingVehicle::from_job`], for the job's own curve.
 pub fn resolve(world: &World, job: &mut Job) -> Result<()> {
     settle(world, job)?;
     super::contact_places::settle(world, job)?;
@@ -331,7 +331,7 @@ pub(crate) fn settle(world: &World, job: &mut Job) -> Result<()> {
         return Ok(());
     }
     let found = world.on_root(|| {
-        let curving = Curving::from_job(job)?;
+        let curving = CurvingVehicle::from_job(job)?;
         let contacts = job.contact.as_ref().map_or(Ok(Vec::new()), |c| curving.contacts(c))?;
         serde_json::to_vec(&contacts).map_err(|e| Error::Defect(format!("contact in a curve: {e}")))
     })?;

@@ -1,6 +1,6 @@
 //! Bodies that are swept from a section, on meshes that show their modes.
 
-use super::bodies::{Bodies, Place};
+use super::bodies::{BuiltBodies, Place};
 use crate::body::{Kind, Side};
 use crate::mesh::{distribute::MeshPart, CellKind};
 use crate::output::BodyPart;
@@ -18,7 +18,7 @@ pub struct Pictures<'a> {
 
 impl<'a> Pictures<'a> {
     /// Display meshes of the kinds that are `wanted`; the meshes are on rank 0.
-    pub fn new(world: &World, bodies: &'a Bodies, wanted: impl Fn(Kind) -> bool) -> Self {
+    pub fn new(world: &World, bodies: &'a BuiltBodies, wanted: impl Fn(Kind) -> bool) -> Self {
         let of = |place: &'a Place| {
             let body = bodies.unique.get(place.body).filter(|b| wanted(b.kind()))?;
             let modes = body.picture()?;
@@ -41,7 +41,7 @@ impl<'a> Pictures<'a> {
         self.all.iter().map(|(place, _, part)| BodyPart { part, upper: place.side == Side::Upper }).collect()
     }
 
-    /// Index in [`Bodies::unique`] of the body of each.
+    /// Index in [`BuiltBodies::unique`] of the body of each.
     pub fn bodies(&self) -> Vec<usize> {
         self.all.iter().map(|(place, ..)| place.body).collect()
     }

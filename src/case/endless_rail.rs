@@ -1,10 +1,10 @@
 //! The rail of a job as one without ends, and the keys of its track that can be fitted to measured decay rates.
 
 use super::rail::{continuous_track, extruded, section, RailContactPosition};
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::job::{self, Job};
 use crate::swept::infinite::{InfiniteRailSpec, TrackSlope};
-use crate::swept::{Infinite, Layer, Patch};
+use crate::swept::{Infinite, LoadCircle, TrackLayer};
 use crate::{Error, Result};
 use std::f64::consts::PI;
 
@@ -30,7 +30,7 @@ pub fn endless(job: &Job, reach: f64) -> Result<Option<EndlessRail>> {
         let made = || {
             let track = body.track.clone().unwrap_or_default();
             let m = body.elastic()?;
-            let material = Material { young: m.young, poisson: m.poisson, density: m.density };
+            let material = ElasticMaterial { young: m.young, poisson: m.poisson, density: m.density };
             let section = section(extruded, RailContactPosition { y: 0.0, z: None, right: false, tilt: None })?;
             let angle = section.contact().angle;
             let meshed = section.for_modes()?;
@@ -42,7 +42,7 @@ pub fn endless(job: &Job, reach: f64) -> Result<Option<EndlessRail>> {
                 angle,
                 tilt: -angle,
                 loss: track.loss_factor,
-                patch: Patch { radius: HAMMER },
+                patch: LoadCircle { radius: HAMMER },
             };
             let rail = Infinite::new(&making, 2.0 * PI * reach)?;
             Ok(EndlessRail { name, rail, spacing: track.spacing, mass })
@@ -146,14 +146,14 @@ impl TrackKey {
     }
 
     /// Derivative by its logarithm. The dashpots c = η √(s m) of a layer go with the root of its stiffness s.
-    fn log_slope(self, pad: Layer, ballast: Option<Layer>, loss: f64) -> TrackSlope {
+    fn log_slope(self, pad: TrackLayer, ballast: Option<TrackLayer>, loss: f64) -> TrackSlope {
         let some = TrackSlope::default();
         // Vertical; longitudinal and lateral.
-        let only = |layer: Layer, of: [f64; 3], stiffness: f64, viscosity: f64| Layer {
+        let only = |layer: TrackLayer, of: [f64; 3], stiffness: f64, viscosity: f64| TrackLayer {
             stiffness: std::array::from_fn(|d| of[d] * stiffness * layer.stiffness[d]),
             viscosity: std::array::from_fn(|d| of[d] * viscosity * layer.viscosity[d]),
         };
-        let by = |layer: Layer| match self {
+        let by = |layer: TrackLayer| match self {
             Self::PadVertical | Self::BallastVertical => only(layer, [1.0, 0.0, 0.0], 1.0, 0.5),
             Self::PadLateral | Self::BallastLateral => only(layer, [0.0, 1.0, 1.0], 1.0, 0.5),
             Self::PadLoss | Self::BallastLoss | Self::RailLoss => only(layer, [1.0; 3], 0.0, 1.0),

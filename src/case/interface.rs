@@ -1,13 +1,14 @@
 //! The contact of two bodies as the job and the meshes describe it: interface, load, creepages, friction.
 
-use super::bodies::{Bodies, Place};
+use super::bodies::{BuiltBodies, Place};
 use crate::body::half_space::HalfSpace;
 use crate::contact::full_sliding::{SlidingDirection, SlidingProblem};
 use crate::contact::points::yield_to_load;
 use crate::contact::{
-    self, fe_correction, Creepage, Influence, Loads, NormalLoad, PatchKinematics, SlidingPoint, SteadyProblem, Stencil,
+    self, fe_correction, ContactCreepage, Influence, Loads, NormalLoad, PatchKinematics, SlidingPoint, SteadyProblem,
+    Stencil,
 };
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::grid::ContactGrid;
 use crate::grid::Interface;
 use crate::job::{self, Direction, Load};
@@ -16,9 +17,9 @@ use crate::{Error, Result};
 use faer::Mat;
 
 /// Creepages of the job.
-pub fn creepage(contact: &job::Contact) -> Creepage {
+pub fn creepage(contact: &job::Contact) -> ContactCreepage {
     let c = contact.creepage;
-    Creepage { longitudinal: c.longitudinal, lateral: c.lateral, spin: c.spin }
+    ContactCreepage { longitudinal: c.longitudinal, lateral: c.lateral, spin: c.spin }
 }
 
 /// Rolling of each contact of a job.
@@ -117,7 +118,7 @@ pub(crate) fn steady_sliding<'a>(
 }
 
 /// On rank 0: the points of the contact, or the grid both bodies share, and the gap between them.
-pub(crate) fn interface_of(contact: &job::Contact, bodies: &Bodies) -> Result<Interface> {
+pub(crate) fn interface_of(contact: &job::Contact, bodies: &BuiltBodies) -> Result<Interface> {
     if let Some(points) = points(contact) {
         return contact::points::interface(&points);
     }
@@ -160,7 +161,7 @@ pub(crate) fn interface_between(lower: &ContactGrid, upper: &ContactGrid) -> Res
 }
 
 /// On rank 0: the influence of half-spaces of the bodies' materials on each other; none where the grid is not uniform.
-pub(crate) fn convolution(bodies: &Bodies, s: &Interface) -> Result<Option<Convolution>> {
+pub(crate) fn convolution(bodies: &BuiltBodies, s: &Interface) -> Result<Option<Convolution>> {
     let Some(patch) = s.only() else { return Ok(None) };
     let of = |p: usize| Convolution::of_half_space(&half_space(&bodies.places[p])?, &patch.x, &patch.y);
     let (Some(lower), Some(upper)) = (of(0)?, of(1)?) else { return Ok(None) };
@@ -168,7 +169,7 @@ pub(crate) fn convolution(bodies: &Bodies, s: &Interface) -> Result<Option<Convo
 }
 
 /// On rank 0: influence matrices of two half-spaces of the bodies' materials, m/N, `[3n, 3n]` each.
-fn half_spaces(bodies: &Bodies, s: &Interface) -> Result<[Mat<f64>; 2]> {
+fn half_spaces(bodies: &BuiltBodies, s: &Interface) -> Result<[Mat<f64>; 2]> {
     let patch = s.single("a compliance of half-spaces")?;
     let of = |p: usize| half_space(&bodies.places[p])?.compliance(&patch.x, &patch.y);
     Ok([of(0)?, of(1)?])
@@ -177,13 +178,13 @@ fn half_spaces(bodies: &Bodies, s: &Interface) -> Result<[Mat<f64>; 2]> {
 /// The half-space of the material of a body of finite elements.
 pub(crate) fn half_space(place: &Place) -> Result<HalfSpace> {
     let missing = || Error::Defect(format!("body {} has no material", place.name));
-    let Material { young, poisson, .. } = place.material.ok_or_else(missing)?;
+    let ElasticMaterial { young, poisson, .. } = place.material.ok_or_else(missing)?;
     Ok(HalfSpace { young, poisson })
 }
 
 /// On rank 0: compliances near those of the finite-element bodies in both places, m/N, `[3n, 3n]` each: of
-/// half-spaces, completed by the responses `probed` of each of [`Bodies::unique`] to forces on one node.
-pub(crate) fn near(bodies: &Bodies, s: &Interface, probed: &[[Vec<f64>; 3]]) -> Result<[Mat<f64>; 2]> {
+/// half-spaces, completed by the responses `probed` of each of [`BuiltBodies::unique`] to forces on one node.
+pub(crate) fn near(bodies: &BuiltBodies, s: &Interface, probed: &[[Vec<f64>; 3]]) -> Result<[Mat<f64>; 2]> {
     let patch = s.single("a compliance near that of finite elements")?;
     let mut both = half_spaces(bodies, s)?;
     for (c, place) in both.iter_mut().zip(&bodies.places) {

@@ -8,7 +8,7 @@ use crate::model::CoupledModel;
 use crate::output::datasets::checkpoint;
 use crate::output::datasets::cycles::Cycle;
 use crate::stability::grows;
-use crate::transient::cycle::{follow, AmplitudeRecord, CycleOutcome, Settings};
+use crate::transient::cycle::{follow, AmplitudeRecord, CycleOutcome, CycleSettings};
 use crate::transient::{State, Stepper};
 use crate::{Error, Result};
 use faer::Mat;
@@ -20,7 +20,7 @@ const FLOOR: f64 = 1e-2;
 
 /// End of the motion of a point: the start of the next one.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Motion {
+pub(crate) struct CycleMotion {
     /// Deviations from rest.
     pub(crate) q: Vec<f64>,
     pub(crate) v: Vec<f64>,
@@ -40,15 +40,15 @@ pub(crate) struct LimitCyclePoint<'a> {
 }
 
 /// Outcome of a point.
-pub(crate) struct Outcome {
+pub(crate) struct CyclePointOutcome {
     pub(crate) cycle: Cycle,
     /// Motion that the next point begins with.
-    pub(crate) motion: Option<Motion>,
+    pub(crate) motion: Option<CycleMotion>,
     /// Modal displacements of the motion and impulses of the contact for its sound, `[samples][m + 3]`.
     pub(crate) heard: Vec<Vec<f64>>,
 }
 
-impl Outcome {
+impl CyclePointOutcome {
     fn rest(cycle: Cycle) -> Self {
         Self { cycle, motion: None, heard: Vec::new() }
     }
@@ -70,7 +70,7 @@ impl LimitCyclePoint<'_> {
     }
 
     /// The motion of the point from that of the one `before`, or from its own unstable mode.
-    pub(crate) fn follow(&self, before: Option<Motion>) -> Result<Outcome> {
+    pub(crate) fn follow(&self, before: Option<CycleMotion>) -> Result<CyclePointOutcome> {
         let harmonics = self.cycles.harmonics as usize;
         let (Some(wanted), Some(contact)) = (&self.job.analyses.stability, &self.job.contact) else {
             return Err(Error::Defect("a point of a sweep without contact or stability".into()));
@@ -96,7 +96,7 @@ impl LimitCyclePoint<'_> {
                 sum
             }
         });
-        let Some(mode) = mode else { return Ok(Outcome::rest(Cycle::at_rest(force, nodes, 0.0, harmonics))) };
+        let Some(mode) = mode else { return Ok(CyclePointOutcome::rest(Cycle::at_rest(force, nodes, 0.0, harmonics))) };
         let small = moved(rest.clone(), self.model.1, mode, self.cycles.amplitude);
         let size = |v: &[f64]| v.iter().map(|v| v * v).sum::<f64>().sqrt();
         let own = (small.clone(), 1.0 / mode.frequency());
@@ -112,7 +112,7 @@ impl LimitCyclePoint<'_> {
         for (start, period) in starts {
             let mut stepper = Stepper::new(ready.model(self.model.1), settings.clone(), start)?;
             stepper.settle()?;
-            let search = Settings {
+            let search = CycleSettings {
                 step: self.cycles.step,
                 period,
                 settled: self.cycles.settled,
@@ -132,12 +132,12 @@ impl LimitCyclePoint<'_> {
                 let period = followed.motion.as_ref().map_or(period, |(r, _)| r.period / r.crossings.max(1) as f64);
                 let period = if period > 0.0 { period } else { 1.0 / mode.frequency() };
                 let motion =
-                    Motion { q: apart(&followed.state.q, &rest.q), v: apart(&followed.state.v, &rest.v), period };
+                    CycleMotion { q: apart(&followed.state.q, &rest.q), v: apart(&followed.state.v, &rest.v), period };
                 let heard = followed.motion.map(|(_, record)| record.heard).unwrap_or_default();
-                return Ok(Outcome { cycle, motion: Some(motion), heard });
+                return Ok(CyclePointOutcome { cycle, motion: Some(motion), heard });
             }
         }
-        Ok(Outcome::rest(Cycle::at_rest(force, nodes, time, harmonics)))
+        Ok(CyclePointOutcome::rest(Cycle::at_rest(force, nodes, time, harmonics)))
     }
 }
 
@@ -172,7 +172,7 @@ pub(crate) struct PointCache {
 
 impl PointCache {
     /// Cycle and motion, if they are there, whole, and of this point.
-    pub(crate) fn read(&self, modes: usize) -> Option<(Cycle, Option<Motion>)> {
+    pub(crate) fn read(&self, modes: usize) -> Option<(Cycle, Option<CycleMotion>)> {
         let bytes = std::fs::read(&self.path).ok()?;
         let (body, sum) = bytes.split_at_checked(bytes.len().checked_sub(32)?)?;
         let (identity, numbers) = body.split_at_checked(32)?;
@@ -190,14 +190,14 @@ impl PointCache {
         let motion = match motion {
             [] => None,
             [period, all @ ..] if all.len() == 2 * modes => {
-                Some(Motion { period: *period, q: all[..modes].to_vec(), v: all[modes..].to_vec() })
+                Some(CycleMotion { period: *period, q: all[..modes].to_vec(), v: all[modes..].to_vec() })
             }
             _ => return None,
         };
         Some((Cycle::from_numbers(cycle)?, motion))
     }
 
-    pub(crate) fn write(&self, cycle: &Cycle, motion: Option<&Motion>) -> Result<()> {
+    pub(crate) fn write(&self, cycle: &Cycle, motion: Option<&CycleMotion>) -> Result<()> {
         let cycle = cycle.numbers();
         let mut numbers = vec![cycle.len() as f64];
         numbers.extend(cycle);

@@ -3,11 +3,11 @@
 use super::meshes::Meshes;
 use super::positioned_mesh::upright;
 use super::surfaces::surface_points;
-use super::wheel_rail_geometry::Placed;
+use super::wheel_rail_geometry::PlacedContact;
 use crate::body::Side;
 use crate::job::{self, Job, MeshSource};
 use crate::mesh::{Facet, Mesh};
-use crate::output::surface::{ContactNode, Face, Group, Surfaces};
+use crate::output::surface::{ContactNode, Group, SurfaceFacet, Surfaces};
 use crate::{Error, Result};
 use std::collections::HashMap;
 
@@ -15,7 +15,7 @@ use std::collections::HashMap;
 pub fn surfaces(job: &Job, meshes: &Meshes) -> Result<Surfaces> {
     let mut all = Surfaces::default();
     // What cannot be placed is shown as it lies.
-    let placed = job.placement().and_then(|_| Placed::from_job(job).ok());
+    let placed = job.placement().and_then(|_| PlacedContact::from_job(job).ok());
     let grid = match &placed {
         Some(placed) => Some(placed.grid_lines().map(<[f64]>::to_vec)),
         None => common(job, meshes),
@@ -123,7 +123,11 @@ fn add(all: &mut Surfaces, mesh: &Mesh, side: Side, body: &job::Body) {
             // Reflection turns a facet round.
             corners.reverse();
         }
-        all.faces.push(Face { corners, body: number(side), group: group_of.get(&facet).copied().unwrap_or(-1) });
+        all.faces.push(SurfaceFacet {
+            corners,
+            body: number(side),
+            group: group_of.get(&facet).copied().unwrap_or(-1),
+        });
     }
 }
 
@@ -162,7 +166,7 @@ mod tests {
             (Some("contact"), Some("fixed"), Some(""))
         );
         // The contact is a grid of rectangles: 7 by 7 nodes on either body.
-        let touching = |f: &&Face| f.group >= 0 && found.groups[f.group as usize].role == "contact";
+        let touching = |f: &&SurfaceFacet| f.group >= 0 && found.groups[f.group as usize].role == "contact";
         assert_eq!((found.faces.iter().filter(touching).count(), found.contact.len()), (2 * 36, 2 * 49));
         let places: Vec<_> = found.points.iter().map(|p| p.map(|v| (v * 1e9).round() as i64)).collect();
         assert!(!found.contact.is_empty());

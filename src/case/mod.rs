@@ -26,5 +26,5 @@ pub(crate) mod transient_problem;
 pub(crate) mod well_posed;
 pub(crate) mod wheel_rail_geometry;
 
-pub use bodies::Bodies;
+pub use bodies::BuiltBodies;
 pub use meshes::Meshes;

@@ -1,10 +1,10 @@
 //! The contacts of a vehicle in a curve by the program's own contact, beside the law of creep forces of the
 //! equilibrium.
 
-use super::curving::Curving;
-use super::wheel_rail_geometry::Placed;
+use super::curving::CurvingVehicle;
+use super::wheel_rail_geometry::PlacedContact;
 use crate::body::half_space::HalfSpace;
-use crate::contact::{Creepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
+use crate::contact::{ContactCreepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
 use crate::curving::{BogieWheel, ContactForce, WHEELS};
 use crate::job::{self, Job};
 use crate::model::combined_compliance;
@@ -28,7 +28,7 @@ pub struct OwnContact {
 ///
 /// # Errors
 /// Places on which no grid can be laid; a contact that does not converge.
-pub fn own_contacts(job: &Job, curving: &Curving) -> Result<Vec<OwnContact>> {
+pub fn own_contacts(job: &Job, curving: &CurvingVehicle) -> Result<Vec<OwnContact>> {
     let mut all = Vec::new();
     for wheel in WHEELS {
         for place in curving.solution.wheel(&curving.problem, wheel) {
@@ -41,12 +41,12 @@ pub fn own_contacts(job: &Job, curving: &Curving) -> Result<Vec<OwnContact>> {
     Ok(all)
 }
 
-fn forces(job: &Job, curving: &Curving, wheel: BogieWheel, place: &ContactForce) -> Result<[f64; 2]> {
+fn forces(job: &Job, curving: &CurvingVehicle, wheel: BogieWheel, place: &ContactForce) -> Result<[f64; 2]> {
     let missing = || Error::Defect("a contact of a curve without a wheel".into());
     let mut here = job.clone();
     let contact = here.contact.as_mut().ok_or_else(missing)?;
     curving.put(contact, wheel, place);
-    let placed = Placed::from_job(&here)?;
+    let placed = PlacedContact::from_job(&here)?;
     let interface = placed.interface()?;
     let half_space = |body: &Option<job::Body>| -> Result<HalfSpace> {
         let m = body.as_ref().ok_or_else(missing)?.elastic()?;
@@ -61,7 +61,7 @@ fn forces(job: &Job, curving: &Curving, wheel: BogieWheel, place: &ContactForce)
         interface: &interface,
         compliance: compliance.as_ref().into(),
         friction: curving.problem.friction.clone(),
-        kinematics: PatchKinematics::one(speed, Creepage { longitudinal, lateral, spin }),
+        kinematics: PatchKinematics::one(speed, ContactCreepage { longitudinal, lateral, spin }),
         loads: NormalLoad::Force(place.normal).into(),
         stencil: Stencil::default(),
         tolerance: TOLERANCE,

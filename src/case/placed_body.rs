@@ -1,9 +1,9 @@
 //! One body of a wheel on a rail, touched at a place that is given, and where the wheel of a job touches both bodies.
 
-use super::wheel_rail_geometry::{on_rail, Placed};
+use super::wheel_rail_geometry::{on_rail, PlacedContact};
 use super::{rail, swept};
 use crate::body::hybrid::{circle_radius, CIRCLE};
-use crate::body::{Body, Side};
+use crate::body::{ElasticBody, Side};
 use crate::grid::Interface;
 use crate::job::{self, Job, MeshSource};
 use crate::parallel::World;
@@ -22,7 +22,7 @@ pub(crate) struct ContactSeat {
 
 /// Contact of the wheel of `job`, with the grid and the gap. For one rank: it reads the files of the profiles.
 pub(crate) fn contact_seat(job: &Job) -> Result<(ContactSeat, Interface)> {
-    let placed = Placed::from_job(job)?;
+    let placed = PlacedContact::from_job(job)?;
     let seats = [placed.seat(Side::Lower.name())?, placed.seat(Side::Upper.name())?];
     Ok((ContactSeat { seats, radius: circle_radius(placed.grid_lines()) }, placed.interface()?))
 }
@@ -40,7 +40,7 @@ pub(crate) fn body_at<'p>(
     job: &Job,
     side: Side,
     (seat, radius): (Seat, f64),
-) -> Result<Box<dyn Body + 'p>> {
+) -> Result<Box<dyn ElasticBody + 'p>> {
     let missing = || Error::Defect("a body of a placement is missing".into());
     let track = job.placement().map(|p| p.side).ok_or_else(missing)?;
     let given = [&job.bodies.lower, &job.bodies.upper][side.index()];

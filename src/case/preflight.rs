@@ -8,7 +8,7 @@ use super::positioned_mesh::axle;
 use super::surfaces;
 use crate::body::half_space::HalfSpace;
 use crate::contact::half_space_estimate::PatchEstimate;
-use crate::contact::{Creepage, SPIN_SPACINGS};
+use crate::contact::{ContactCreepage, SPIN_SPACINGS};
 use crate::grid::{ContactPatch, Interface};
 use crate::job::{Contact, ContactPlaces, Job, Load, ModesExtent};
 use crate::mesh::attitude::Attitude;
@@ -88,7 +88,7 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
         return Error::all(job.bodies().into_iter().map(read)).map(|()| report);
     }
     if job.placement().is_some() {
-        let placed = super::wheel_rail_geometry::Placed::from_job(job)?;
+        let placed = super::wheel_rail_geometry::PlacedContact::from_job(job)?;
         for (name, body) in job.bodies().into_iter().filter(|(_, b)| b.is_meshed()) {
             let (_, found) = of_mesh(job, meshes, name, body)?;
             let stands = placed.standing(job, meshes, name, body)?;
@@ -98,7 +98,7 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
         }
         let mut touching = placed.lines();
         for (number, contact) in job.contact.iter().flat_map(Contact::all).enumerate() {
-            let at = super::wheel_rail_geometry::Placed::at_contact(job, contact)?;
+            let at = super::wheel_rail_geometry::PlacedContact::at_contact(job, contact)?;
             at.refuse_sections(job)?;
             if number > 0 {
                 let wheel = at.wheel_of(job).map_or(String::new(), |wheel| format!(", {wheel}"));
@@ -309,7 +309,7 @@ pub(crate) fn contact((job, at): (&Job, &Contact), s: &Interface) -> Result<Pref
 }
 
 /// Remark on a grid that is coarse for the spin of the job, with the spacing along x at the node `lowest`.
-fn coarse_for_spin(creepage: Creepage, s: &Interface, lowest: usize, half: [f64; 2]) -> Option<String> {
+fn coarse_for_spin(creepage: ContactCreepage, s: &Interface, lowest: usize, half: [f64; 2]) -> Option<String> {
     let (ContactPatch { x, .. }, ix, _) = s.place(lowest);
     let ix = ix.clamp(1, x.len() - 1);
     let spacing = x[ix] - x[ix - 1];

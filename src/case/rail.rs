@@ -1,16 +1,19 @@
 //! A rail, as a job gives it.
 
-use crate::body::rail::{Rail as RailBody, RailSpec};
+use crate::body::rail::{RailOnTrack as RailBody, RailSpec};
 use crate::body::separate_rails::SeparateRails;
 use crate::body::ContactSpec;
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::job::{self, Extruded, Job, MeshSource, RailFile, RailSection};
 use crate::mesh::msh::plane;
 use crate::parallel::World;
 use crate::summary::Summary;
-use crate::swept::waves::Damping;
+use crate::swept::waves::RailDamping;
 use crate::swept::BuiltRail;
-use crate::swept::{Beam, DiscreteSupports, Drawn, DrawnRail, Ends, Layer, Path, Rail, Sleeper, Track};
+use crate::swept::{
+    AbsorbingEnds, Beam, DiscreteSupports, Drawn, DrawnRail, Path, PlacedRailSection, RailTrack, SleeperLayer,
+    TrackLayer,
+};
 use crate::{Error, Result};
 use std::f64::consts::PI;
 use std::rc::Rc;
@@ -72,10 +75,10 @@ fn given(extruded: &Extruded) -> RailContactPosition {
 }
 
 /// Its section, with the contact point at a place of its head.
-pub(super) fn section(extruded: &Extruded, at: RailContactPosition) -> Result<Rail> {
+pub(super) fn section(extruded: &Extruded, at: RailContactPosition) -> Result<PlacedRailSection> {
     let section = match (&extruded.section, extruded.section.built()) {
-        (RailSection::File(file), _) => drawn(file, at).map(Rail::Drawn),
-        (_, Some(rail)) => built(rail, at).map(Rail::Built),
+        (RailSection::File(file), _) => drawn(file, at).map(PlacedRailSection::Drawn),
+        (_, Some(rail)) => built(rail, at).map(PlacedRailSection::Built),
         _ => Err(Error::Defect("a section of a rail that is neither built in nor drawn".into())),
     }?;
     let angle = section.contact().angle;
@@ -152,20 +155,20 @@ pub fn measured(job: &Job) -> Result<Vec<String>> {
 }
 
 /// Track under a rail of the mass `mass`, kg/m, spread evenly.
-pub(super) fn continuous_track(track: &job::Track, mass: f64) -> Track {
+pub(super) fn continuous_track(track: &job::Track, mass: f64) -> RailTrack {
     let layer = |of: &job::Layer, mass: f64| {
         let [vertical, lateral] = [of.vertical, of.lateral].map(|k| k / track.spacing);
-        Layer::with_loss([vertical, lateral, lateral], of.loss_factor, mass)
+        TrackLayer::with_loss([vertical, lateral, lateral], of.loss_factor, mass)
     };
     let sleeper = track.sleeper.as_ref().map(|s| {
         let mass = s.mass / track.spacing;
-        Sleeper { mass, ballast: layer(&s.ballast, mass) }
+        SleeperLayer { mass, ballast: layer(&s.ballast, mass) }
     });
-    Track { pad: layer(&track.pad, mass), sleeper }
+    RailTrack { pad: layer(&track.pad, mass), sleeper }
 }
 
 /// Discrete pads and sleepers of `laid` on a rail of the length `period`, m; none where they are spread evenly.
-fn bays(track: &job::Track, laid: &Track, period: f64) -> Option<DiscreteSupports> {
+fn bays(track: &job::Track, laid: &RailTrack, period: f64) -> Option<DiscreteSupports> {
     let length = track.pad_length?;
     let count = (period / track.spacing).round() as usize;
     let (pad, sleeper) = (laid.pad, laid.sleeper);
@@ -180,9 +183,9 @@ fn bays(track: &job::Track, laid: &Track, period: f64) -> Option<DiscreteSupport
 }
 
 /// The absorbing ends of a rail of the length `period`, m, and of a material with waves of compression of `speed`, m/s.
-fn ends(track: &job::Track, period: f64, speed: f64) -> Option<Ends> {
+fn ends(track: &job::Track, period: f64, speed: f64) -> Option<AbsorbingEnds> {
     let job::Ends { length, damping, longitudinal } = track.ends;
-    (length > 0.0 && (damping > 0.0 || longitudinal > 0.0)).then_some(Ends {
+    (length > 0.0 && (damping > 0.0 || longitudinal > 0.0)).then_some(AbsorbingEnds {
         period,
         length,
         damping,
@@ -194,7 +197,7 @@ fn ends(track: &job::Track, period: f64, speed: f64) -> Option<Ends> {
 struct Planned<'a> {
     making: RailSpec<'a>,
     beam: Beam,
-    laid: Track,
+    laid: RailTrack,
 }
 
 fn planned<'a>(
@@ -207,7 +210,7 @@ fn planned<'a>(
     let extruded = extruded(body).ok_or_else(missing)?;
     let track = body.track.clone().unwrap_or_default();
     let m = body.elastic()?;
-    let material = Material { young: m.young, poisson: m.poisson, density: m.density };
+    let material = ElasticMaterial { young: m.young, poisson: m.poisson, density: m.density };
     let at = contacts.first().and_then(|c| c.at).unwrap_or_else(|| given(extruded));
     // A file is read by every rank, and may be there for some of them only.
     let section_at =
@@ -220,7 +223,7 @@ fn planned<'a>(
     let period = extruded.length;
     let ends = ends(&track, period, beam.speed());
     if let Some(lowest) = lowest(job) {
-        let none = Ends { period, length: 0.5 * period, damping: 0.0, along: 0.0 };
+        let none = AbsorbingEnds { period, length: 0.5 * period, damping: 0.0, along: 0.0 };
         let whole = ends.unwrap_or(none);
         long_enough(&beams, &laid, whole, lowest)
             .map_err(|e| e.context(format!("bodies.{name}.mesh.extruded.length")))?;
@@ -245,9 +248,9 @@ fn planned<'a>(
         material,
         period,
         // Sleepers that stand apart are no part of the section.
-        track: if bays.is_some() { Track { sleeper: None, ..laid } } else { laid },
+        track: if bays.is_some() { RailTrack { sleeper: None, ..laid } } else { laid },
         bays,
-        damping: Damping { loss: track.loss_factor, ends },
+        damping: RailDamping { loss: track.loss_factor, ends },
         contacts: specs,
         tilt: at.tilt,
     };
@@ -303,7 +306,7 @@ fn lowest(job: &Job) -> Option<f64> {
 
 /// Largest part by which the point receptances of beams like the rail are off those of infinite ones from the
 /// frequency `lowest`, Hz, on.
-fn off(beams: &[(usize, Beam)], track: &Track, ends: &Ends, lowest: f64) -> f64 {
+fn off(beams: &[(usize, Beam)], track: &RailTrack, ends: &AbsorbingEnds, lowest: f64) -> f64 {
     let mut worst = 0.0_f64;
     for omega in LOOKED_AT.map(|part| 2.0 * PI * lowest * part) {
         for (direction, beam) in beams {
@@ -318,7 +321,7 @@ fn off(beams: &[(usize, Beam)], track: &Track, ends: &Ends, lowest: f64) -> f64 
 
 /// The lowest frequency from which on the point receptance of a bar like the rail, along itself, is that of one
 /// without ends within [`ENDLESS`], Hz; none where it is not even so at [`HIGHEST`]. The ends have dashpots.
-fn endless_along(bar: &Beam, track: &Track, ends: &Ends) -> Option<f64> {
+fn endless_along(bar: &Beam, track: &RailTrack, ends: &AbsorbingEnds) -> Option<f64> {
     let off = |f: f64| {
         let omega = 2.0 * PI * f;
         let foundation = track.stiffness(omega, 1);
@@ -337,7 +340,7 @@ pub fn endless_from(body: &job::Body) -> Result<Option<f64>> {
     let Some(extruded) = extruded(body) else { return Ok(None) };
     let track = body.track.clone().unwrap_or_default();
     let m = body.elastic()?;
-    let material = Material { young: m.young, poisson: m.poisson, density: m.density };
+    let material = ElasticMaterial { young: m.young, poisson: m.poisson, density: m.density };
     let beam = section(extruded, given(extruded))?.beam(material, false, track.loss_factor)?;
     let laid = continuous_track(&track, beam.density * beam.area);
     let ends = ends(&track, extruded.length, beam.speed()).filter(|ends| ends.along > 0.0);
@@ -345,7 +348,7 @@ pub fn endless_from(body: &job::Body) -> Result<Option<f64>> {
 }
 
 /// An error that says how long a rail has to be if it is too short for the frequency `lowest`, Hz.
-fn long_enough(beams: &[(usize, Beam)], track: &Track, ends: Ends, lowest: f64) -> Result<()> {
+fn long_enough(beams: &[(usize, Beam)], track: &RailTrack, ends: AbsorbingEnds, lowest: f64) -> Result<()> {
     let found = off(beams, track, &ends, lowest);
     if found <= OFF {
         return Ok(());
@@ -380,7 +383,7 @@ mod tests {
     use super::*;
     use crate::rails::R60E1;
 
-    const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+    const STEEL: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
 
     fn beam(lateral: bool, loss: f64) -> Beam {
         BuiltRail::new(&R60E1, 0.0).unwrap().beam(STEEL, lateral, loss).unwrap()

@@ -4,7 +4,7 @@ use crate::job::{self, Job, RoughLevels, RoughnessPart};
 use crate::output::Table;
 use crate::roughness::read::{self, Units};
 use crate::roughness::spectrum::{self, Band};
-use crate::roughness::{Line, RoughnessFeature, Shape, Surface};
+use crate::roughness::{RoughSurfaces, RoughnessFeature, RoughnessLine, RoughnessShape};
 use crate::{Error, Result};
 use sha2::{Digest, Sha256};
 use std::f64::consts::PI;
@@ -18,7 +18,7 @@ const SPACING: f64 = 5e-4;
 
 /// The surfaces of `job`, whose contact has the grid (`x`, `y`), m; none of smooth bodies. For one rank: it reads
 /// files.
-pub fn surface(job: &Job, [x, y]: [&[f64]; 2]) -> Result<Option<Surface>> {
+pub fn surface(job: &Job, [x, y]: [&[f64]; 2]) -> Result<Option<RoughSurfaces>> {
     let (Some(contact), Some(wanted)) = (&job.contact, &job.analyses.transient) else { return Ok(None) };
     let Some(rough) = &contact.roughness else { return Ok(None) };
     let [first, last] = [x.first(), x.last()].map(|v| v.copied().unwrap_or_default());
@@ -31,7 +31,7 @@ pub fn surface(job: &Job, [x, y]: [&[f64]; 2]) -> Result<Option<Surface>> {
             side.push(way.part(part, turn).map_err(|e| e.context(&path))?);
         }
     }
-    Ok(Some(Surface { speed: contact.speed, onset: rough.onset, parts }))
+    Ok(Some(RoughSurfaces { speed: contact.speed, onset: rough.onset, parts }))
 }
 
 /// Checks that need no grid.
@@ -58,7 +58,7 @@ fn units(file: &job::RoughFile) -> Units {
 }
 
 /// SHA-256 of a model that rolls on `surface`.
-pub fn identity(model: String, surface: Option<&Surface>) -> String {
+pub fn identity(model: String, surface: Option<&RoughSurfaces>) -> String {
     let Some(surface) = surface else { return model };
     let text = format!("{model}{:?}", surface.parts);
     Sha256::digest(text.as_bytes()).iter().map(|b| format!("{b:02x}")).collect()
@@ -66,7 +66,7 @@ pub fn identity(model: String, surface: Option<&Surface>) -> String {
 
 /// The heights that pass the middle of the contact, over the run of `duration`, s; of an area those of the lateral
 /// place nearest to y = 0.
-pub fn tables(surface: &Surface, y: &[f64], duration: f64) -> Vec<Table> {
+pub fn tables(surface: &RoughSurfaces, y: &[f64], duration: f64) -> Vec<Table> {
     let middle = (0..y.len()).min_by(|&a, &b| y[a].abs().total_cmp(&y[b].abs())).unwrap_or(0);
     let way = surface.speed * duration;
     let count = ((way / SPACING).ceil() as usize).clamp(2, WRITTEN);
@@ -93,7 +93,7 @@ struct Way<'a> {
 impl Way<'_> {
     /// `part` of a body that comes back after `turn`, m, if it is a wheel.
     fn part(&self, part: &RoughnessPart, turn: Option<f64>) -> Result<RoughnessFeature> {
-        let shape = |shape: Shape, at: f64| Ok(RoughnessFeature::Shape { shape, at, period: turn });
+        let shape = |shape: RoughnessShape, at: f64| Ok(RoughnessFeature::Shape { shape, at, period: turn });
         match part {
             RoughnessPart::Spectrum(s) => {
                 Ok(RoughnessFeature::Lines(vec![line(s, s.length.or(turn).unwrap_or(LENGTH))?]))
@@ -101,24 +101,24 @@ impl Way<'_> {
             RoughnessPart::File(file) => Ok(RoughnessFeature::Lines(self.measured(file, turn)?)),
             // Waves need not fit a wheel: they are a test of what the contact does.
             RoughnessPart::Wave(w) => {
-                let shape = Shape::Wave { length: w.wavelength, height: w.amplitude };
+                let shape = RoughnessShape::Wave { length: w.wavelength, height: w.amplitude };
                 Ok(RoughnessFeature::Shape { shape, at: w.at, period: None })
             }
             RoughnessPart::Flat(f) => {
-                let chord = turn.map_or(0.0, |t| Shape::chord(f.length, t / (2.0 * PI)));
+                let chord = turn.map_or(0.0, |t| RoughnessShape::chord(f.length, t / (2.0 * PI)));
                 let length = f.length;
                 match f.rounded {
-                    true => shape(Shape::RoundedFlat { length, depth: f.depth.unwrap_or(0.5 * chord) }, f.at),
-                    false => shape(Shape::Flat { length, depth: f.depth.unwrap_or(chord) }, f.at),
+                    true => shape(RoughnessShape::RoundedFlat { length, depth: f.depth.unwrap_or(0.5 * chord) }, f.at),
+                    false => shape(RoughnessShape::Flat { length, depth: f.depth.unwrap_or(chord) }, f.at),
                 }
             }
-            RoughnessPart::Joint(j) => shape(Shape::Joint { length: j.length, depth: j.depth }, j.at),
-            RoughnessPart::Step(s) => shape(Shape::Step { length: s.length, height: s.height }, s.at),
+            RoughnessPart::Joint(j) => shape(RoughnessShape::Joint { length: j.length, depth: j.depth }, j.at),
+            RoughnessPart::Step(s) => shape(RoughnessShape::Step { length: s.length, height: s.height }, s.at),
         }
     }
 
     /// The lines of a `file`.
-    fn measured(&self, file: &job::RoughFile, turn: Option<f64>) -> Result<Vec<Line>> {
+    fn measured(&self, file: &job::RoughFile, turn: Option<f64>) -> Result<Vec<RoughnessLine>> {
         let measured = read::read(&file.path, units(file))?;
         let (name, length) = (file.path.display(), measured.length());
         // The first sample comes once more at the end of a turn, a step after the last one.
@@ -144,7 +144,7 @@ impl Way<'_> {
 }
 
 /// A line by its spectrum, of the `length`, m.
-fn line(s: &job::RoughSpectrum, length: f64) -> Result<Line> {
+fn line(s: &job::RoughSpectrum, length: f64) -> Result<RoughnessLine> {
     let bands: Vec<Band> = match &s.levels {
         RoughLevels::Named(job::RoughStandard::Iso3095) => spectrum::iso3095(),
         RoughLevels::Bands(pairs) => {

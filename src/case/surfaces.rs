@@ -10,7 +10,7 @@ use crate::grid::{averages, means, ContactGrid, Faces, Transfer};
 use crate::job::{self, Compliance, Job, Load, MeshSource, MOST_NODES};
 use crate::mesh::Mesh;
 use crate::placement::{Ellipse, Press};
-use crate::swept::{Cylinder, SectionSource};
+use crate::swept::{CylinderSection, SectionSource};
 use crate::{Error, Result};
 
 /// Half the extent of a grid over that of Hertz' ellipse, and spacings over its smaller half axis.
@@ -72,7 +72,13 @@ pub(crate) fn spacing(grid: &ContactGrid) -> f64 {
 fn exact(body: &job::Body) -> Option<SectionSource> {
     let Some(MeshSource::Cylinder(c)) = &body.mesh else { return None };
     let &job::Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset, .. } = c;
-    Some(SectionSource::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset }))
+    Some(SectionSource::Cylinder(CylinderSection {
+        inner_radius,
+        outer_radius,
+        thickness,
+        crown_radius,
+        contact_offset,
+    }))
 }
 
 /// Curvatures of a body at its contact, 1/m; none where neither its description nor its mesh shows them.
@@ -234,7 +240,7 @@ pub(super) fn surface_points(mesh: &Mesh, [x, y]: [&[f64]; 2], tilt: f64) -> Res
     Ok(y.iter().flat_map(|&b| x.iter().map(move |&a| (a, b))).map(|(a, b)| node(a, b)).collect())
 }
 
-/// Positions of nodes of a contact `grid` on the surface of a mesh, as [`laid`] has it, m; none where they are nodes of
+/// Positions of nodes of a contact `grid` on the surface of a mesh, as [`surface_points`] has it, m; none where they are nodes of
 /// the mesh.
 pub(super) fn beside_nodes(mesh: &Mesh, grid: &ContactGrid, tilt: f64) -> Result<Vec<[f64; 3]>> {
     match &grid.transfer {

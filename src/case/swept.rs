@@ -1,10 +1,10 @@
 //! Bodies swept from sections, as a job gives them.
 
-use super::bodies::{material_of, Bodies};
+use super::bodies::{material_of, BuiltBodies};
 use super::{absorbers, rail};
 use crate::body::swept::{RevolvedSpec, Swept};
 use crate::body::{ContactSpec, Side};
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::grid::ContactGrid;
 use crate::job::{self, Job, MeshSource, Section, SectionFile, WheelDimensions};
 use crate::mesh::msh::plane::{self, Plane};
@@ -13,7 +13,7 @@ use crate::placement::Seat;
 use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::swept::{
-    Bearing, Cylinder, Drawn, EdgeSprings, Path, RunningPlace, SectionLayer, SectionSource, Wheel, WheelShape,
+    Bearing, CylinderSection, Drawn, EdgeSprings, Path, RunningPlace, SectionLayer, SectionSource, Wheel, WheelShape,
 };
 use crate::{Error, Result};
 use std::rc::Rc;
@@ -46,7 +46,13 @@ pub(super) fn section(body: &job::Body) -> Result<SectionSource> {
             SectionSource::Drawn { drawn: Rc::new(drawn), offset: contact_offset, mirrored: false }
         }
         &Section::Cylinder(job::Ring { inner_radius, outer_radius, thickness, crown_radius }) => {
-            SectionSource::Cylinder(Cylinder { inner_radius, outer_radius, thickness, crown_radius, contact_offset })
+            SectionSource::Cylinder(CylinderSection {
+                inner_radius,
+                outer_radius,
+                thickness,
+                crown_radius,
+                contact_offset,
+            })
         }
     })
 }
@@ -55,7 +61,7 @@ pub(super) fn section(body: &job::Body) -> Result<SectionSource> {
 fn shape(wheel: &WheelDimensions) -> WheelShape {
     let layer = wheel.layer.as_ref().map(|of| {
         let &job::Material { young, poisson, density } = &of.material;
-        let material = Material { young, poisson, density };
+        let material = ElasticMaterial { young, poisson, density };
         let inner = 0.5 * of.inner_diameter;
         let layer = SectionLayer { name: "layer".into(), material, loss: of.loss_factor };
         (layer, [inner, inner + of.thickness])
@@ -86,7 +92,7 @@ fn layers<'d>(file: &SectionFile, drawing: &'d Plane) -> Result<Vec<(SectionLaye
             )));
         };
         let &job::Material { young, poisson, density } = &layer.material;
-        let material = Material { young, poisson, density };
+        let material = ElasticMaterial { young, poisson, density };
         Ok((SectionLayer { name: layer.group.clone(), material, loss: layer.loss_factor }, &faces[..]))
     };
     file.layers.iter().enumerate().map(of).collect()
@@ -124,7 +130,7 @@ fn drawn(file: &SectionFile, offset: f64) -> Result<Drawn> {
 }
 
 /// An error if a group that holds the body is not in its section.
-fn held(body: &job::Body, section: &crate::swept::Section) -> Result<()> {
+fn held(body: &job::Body, section: &crate::swept::CrossSection) -> Result<()> {
     let groups = body.fixed.iter().map(|g| ("fixed", g)).chain(body.supports.iter().map(|s| ("supports", &s.group)));
     for (key, group) in groups {
         if !section.groups.contains_key(group) {
@@ -292,7 +298,12 @@ pub fn size(body: &job::Body) -> Result<[usize; 2]> {
 }
 
 /// Collective: the bodies of the job.
-pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: &mut Summary) -> Result<Bodies<'p>> {
+pub fn build<'p>(
+    world: &'p World,
+    job: &Job,
+    progress: &mut Progress,
+    summary: &mut Summary,
+) -> Result<BuiltBodies<'p>> {
     progress.stage("sections");
     let given = job.bodies();
     // Files are read by every rank, and may be there for some of them only.
@@ -317,7 +328,7 @@ pub fn build<'p>(world: &'p World, job: &Job, progress: &mut Progress, summary: 
         }
         _ => false,
     };
-    let mut bodies = Bodies::none();
+    let mut bodies = BuiltBodies::none();
     for (i, (name, body)) in given.iter().enumerate() {
         let grid = grid(job, body)?.filter(|_| !job.analyses.on_contact().is_empty());
         let material = material_of(body)?;
@@ -354,10 +365,10 @@ mod tests {
         assert_eq!(built.tread, known.tread);
         assert_eq!(built.groups["bore"], known.groups["inner"]);
         // The triangles at the corners hang on the last bits of their sides.
-        let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+        let steel = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
         let near = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-12 * b.abs().max(1.0);
         assert!(built.inertia(steel).iter().zip(&known.inertia(steel)).all(near));
-        let sides = |section: &crate::swept::Section| section.extent().concat();
+        let sides = |section: &crate::swept::CrossSection| section.extent().concat();
         assert!(sides(&built).iter().zip(&sides(&known)).all(near));
     }
 }

@@ -6,7 +6,7 @@ use super::rail;
 use crate::body::half_space::HalfSpace;
 use crate::body::Side;
 use crate::contact::half_space_estimate::PatchEstimate;
-use crate::contact::{Creepage, SPIN_SPACINGS};
+use crate::contact::{ContactCreepage, SPIN_SPACINGS};
 use crate::grid::{ContactGrid, Interface, Transfer};
 use crate::job::{self, ContactPlaces, ContactWheels, Job, Load, MeshSource, Profile};
 use crate::output::datasets;
@@ -14,8 +14,8 @@ use crate::output::Table;
 use crate::parallel::World;
 use crate::placement::read::{read, ProfileKind, Reading, Vertical};
 use crate::placement::{
-    self, builtin, finer_grid_lines, fitted_grid_lines, rough_grid_lines, Creepages, Ellipse, Frame, Gap, Motion,
-    Placement, Position, Press, Seat,
+    self, builtin, finer_grid_lines, fitted_grid_lines, rough_grid_lines, Creepages, Ellipse, Frame, Gap, Position,
+    Press, RollingMotion, Seat, WheelPlacement,
 };
 use crate::{Error, Result};
 
@@ -33,10 +33,10 @@ const SHARP: f64 = 150.0;
 const DRAWN: f64 = 1e-3;
 
 /// A wheel on its rail at first touch, with all that the contact needs of them.
-pub struct Placed {
+pub struct PlacedContact {
     /// Side of the track.
     side: job::TrackSide,
-    placed: placement::Placed,
+    placed: placement::PlacedWheel,
     frame: Frame,
     ellipse: Ellipse,
     creepages: Creepages,
@@ -46,7 +46,7 @@ pub struct Placed {
     track: (f64, f64),
 }
 
-impl Placed {
+impl PlacedContact {
     /// The wheel of `job` on its rail, at its first contact. For one rank: it reads the files of the profiles.
     pub fn from_job(job: &Job) -> Result<Self> {
         let contact = job.contact.as_ref().ok_or_else(|| missing("a contact"))?;
@@ -95,7 +95,7 @@ impl Placed {
         };
         let ellipse = placed.ellipse(modulus, press).map_err(named)?;
         let frame = placed.centred_frame(ellipse.approach).map_err(named)?;
-        let motion = Motion {
+        let motion = RollingMotion {
             speed: given.speed.unwrap_or(contact.speed),
             curvature: given.curvature,
             angular_speed: given.angular_speed,
@@ -106,7 +106,7 @@ impl Placed {
         let creepages = placed.creepages(&frame, &motion).map_err(named)?;
         let mut extent = placed.extent(&frame, &ellipse).map_err(named)?;
         let creepage =
-            Creepage { longitudinal: creepages.longitudinal, lateral: creepages.lateral, spin: creepages.spin };
+            ContactCreepage { longitudinal: creepages.longitudinal, lateral: creepages.lateral, spin: creepages.spin };
         let spacings = if creepage.is_ruled_by_spin(ellipse.semi_axes) { SPIN_SPACINGS } else { 0.0 };
         let several = job.contact.as_ref().is_some_and(|c| c.places == ContactPlaces::All && !c.further.is_empty());
         for _ in 0..GROWN {
@@ -370,7 +370,7 @@ const SMOOTHED: f64 = 0.005;
 const NOISY: f64 = 0.25;
 
 /// Warning of measured profiles that are not smoothed, where the contact depends on it.
-pub(super) fn noise(job: &Job, placed: &Placed) -> Option<String> {
+pub(super) fn noise(job: &Job, placed: &PlacedContact) -> Option<String> {
     let hint = unsmoothed(job)?;
     let mut job = job.clone();
     for body in [&mut job.bodies.lower, &mut job.bodies.upper].into_iter().flatten() {
@@ -379,7 +379,7 @@ pub(super) fn noise(job: &Job, placed: &Placed) -> Option<String> {
             _ => {}
         }
     }
-    let smoothed = Placed::resolve(&job, job.contact.as_ref()?).ok()?.ellipse.pressure;
+    let smoothed = PlacedContact::resolve(&job, job.contact.as_ref()?).ok()?.ellipse.pressure;
     let pressure = placed.ellipse.pressure;
     ((pressure / smoothed).ln().abs() > NOISY).then(|| {
         format!(
@@ -397,7 +397,11 @@ pub(super) fn material(body: &job::Body) -> Result<(f64, f64)> {
 }
 
 /// The profile of a body, and what was done to it.
-pub(super) fn profile(body: &job::Body, kind: ProfileKind, notes: &mut Vec<String>) -> Result<placement::Profile> {
+pub(super) fn profile(
+    body: &job::Body,
+    kind: ProfileKind,
+    notes: &mut Vec<String>,
+) -> Result<placement::RunningProfile> {
     match &body.profile {
         Some(Profile::S1002) => builtin::s1002(),
         Some(Profile::Uic60) => builtin::uic60(),
@@ -419,12 +423,12 @@ pub(super) fn profile(body: &job::Body, kind: ProfileKind, notes: &mut Vec<Strin
     }
 }
 
-pub(super) fn description(given: &job::Placement) -> Placement {
+pub(super) fn description(given: &job::Placement) -> WheelPlacement {
     let &job::Placement { radius, gauge, gauge_depth, cant, circles, lateral, yaw, roll, .. } = given;
-    Placement {
+    WheelPlacement {
         side: match given.side {
-            job::TrackSide::Left => placement::TrackSide::Left,
-            job::TrackSide::Right => placement::TrackSide::Right,
+            job::TrackSide::Left => placement::RailSide::Left,
+            job::TrackSide::Right => placement::RailSide::Right,
         },
         gauge,
         gauge_depth,
@@ -451,9 +455,9 @@ pub(crate) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
     with_motions(&settled, &world.broadcast(found.unwrap_or_default()))
 }
 
-/// Creepages, speed and angle of each contact of `job`, five numbers each ([`Placed::motion`]). For one rank.
+/// Creepages, speed and angle of each contact of `job`, five numbers each ([`PlacedContact::motion`]). For one rank.
 pub(super) fn motions(job: &Job) -> Result<Vec<f64>> {
-    Ok(Placed::all(job)?.iter().flat_map(Placed::motion).collect())
+    Ok(PlacedContact::all(job)?.iter().flat_map(PlacedContact::motion).collect())
 }
 
 /// The job with these [`motions`]; none of a job without a placement.
@@ -461,7 +465,7 @@ pub(super) fn with_motions(job: &Job, found: &[f64]) -> Result<Option<Job>> {
     let (Some(contact), Some(_)) = (&job.contact, job.placement()) else { return Ok(None) };
     let mut all = contact.all().zip(found.chunks_exact(5)).map(|(one, motion)| {
         let motion = [0, 1, 2, 3, 4].map(|i| motion[i]);
-        Placed::filled(&job::Contact { further: Vec::new(), ..one.clone() }, motion)
+        PlacedContact::filled(&job::Contact { further: Vec::new(), ..one.clone() }, motion)
     });
     let first = all.next().ok_or_else(|| Error::Defect("a placement without a contact".into()))?;
     let filled = Job { contact: Some(job::Contact { further: all.collect(), ..first }), ..job.clone() };
@@ -474,7 +478,7 @@ pub(super) fn with_motions(job: &Job, found: &[f64]) -> Result<Option<Job>> {
 /// a profile. `pressure` is that of the nodes, those of all contacts one after the other.
 pub(crate) fn tables(job: &Job, pressure: impl Fn(usize) -> f64) -> Result<(Vec<Table>, Vec<String>)> {
     let (mut all, mut warnings, mut first) = (Vec::new(), Vec::new(), 0);
-    for (number, placed) in Placed::all(job)?.iter().enumerate() {
+    for (number, placed) in PlacedContact::all(job)?.iter().enumerate() {
         placed.refuse_edge(|node| pressure(first + node) > 0.0)?;
         let share = placed.gap.share_at_neighbour(|node| pressure(first + node));
         if share > 0.0 {

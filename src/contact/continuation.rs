@@ -7,7 +7,7 @@
 use super::candidates::Candidates;
 use super::interface::PatchKinematics;
 use super::law::{project_disc, size, Status};
-use super::steady::{Start, SteadyProblem, SteadySolution};
+use super::steady::{StartStresses, SteadyProblem, SteadySolution};
 use crate::Result;
 use std::collections::VecDeque;
 
@@ -54,10 +54,13 @@ impl<'a> Continuation<'a> {
     }
 
     /// The stresses at the creepages `kinematics` by the last solutions.
-    fn ahead(&self, kinematics: &[PatchKinematics]) -> Option<Start> {
+    fn ahead(&self, kinematics: &[PatchKinematics]) -> Option<StartStresses> {
         let (here, last) = self.last.front().filter(|(_, s)| s.pressure.iter().any(|&p| p > 0.0))?;
-        let mut start =
-            Start { stress: last.stresses(), motions: last.motions.clone(), friction: Some(last.friction.clone()) };
+        let mut start = StartStresses {
+            stress: last.stresses(),
+            motions: last.motions.clone(),
+            friction: Some(last.friction.clone()),
+        };
         let Some((there, before)) = self.last.get(1) else { return Some(start) };
         // Where the others are when the last one is at 0 and the one before it at −1.
         let past = distance(here, there);

@@ -8,7 +8,7 @@
 //! d is the combination of the last ones for which, in a linear problem, the least would be missing. W₀ stays as it
 //! is, so each problem solved is as benign as the first.
 
-use super::newton::Effort;
+use super::newton::NewtonEffort;
 use super::steady::{SteadyProblem, SteadySolution};
 use crate::dense::dot;
 use crate::grid::Interface;
@@ -30,7 +30,7 @@ pub struct DeferredSteady<'a> {
     history: Vec<[Vec<f64>; 2]>,
     /// The solution of the problem solved last.
     proposed: Option<SteadySolution>,
-    effort: Effort,
+    effort: NewtonEffort,
 }
 
 impl<'a> DeferredSteady<'a> {
@@ -38,7 +38,7 @@ impl<'a> DeferredSteady<'a> {
     pub fn new(problem: SteadyProblem<'a>) -> Self {
         let interface = problem.interface.clone();
         let assumed = vec![0.0; 3 * interface.len()];
-        Self { problem, interface, assumed, history: Vec::new(), proposed: None, effort: Effort::default() }
+        Self { problem, interface, assumed, history: Vec::new(), proposed: None, effort: NewtonEffort::default() }
     }
 
     /// The next reactions to be multiplied by W: N, `[3n]`.
@@ -163,7 +163,7 @@ fn subtract(v: &mut [f64], factor: f64, u: &[f64]) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::interface::{Creepage, PatchKinematics, Stencil};
+    use super::super::interface::{ContactCreepage, PatchKinematics, Stencil};
     use super::super::{Influence, NormalLoad};
     use super::*;
     use crate::body::half_space::HalfSpace;
@@ -184,7 +184,7 @@ mod tests {
             interface: s,
             compliance: Influence::Dense(w),
             friction: FrictionLaw::Constant(0.3),
-            kinematics: PatchKinematics::one(10.0, Creepage { longitudinal: 0.001, lateral: 0.002, spin: 0.2 }),
+            kinematics: PatchKinematics::one(10.0, ContactCreepage { longitudinal: 0.001, lateral: 0.002, spin: 0.2 }),
             loads: load.into(),
             stencil: Stencil::default(),
             tolerance: 1e-8,
@@ -245,7 +245,7 @@ mod tests {
             interface: &s,
             compliance: w0.as_ref().into(),
             friction: FrictionLaw::Constant(0.3),
-            kinematics: PatchKinematics::one(10.0, Creepage::default()),
+            kinematics: PatchKinematics::one(10.0, ContactCreepage::default()),
             loads: NormalLoad::Force(10e3).into(),
             stencil: Stencil::default(),
             tolerance: 1e-8,

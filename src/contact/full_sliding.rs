@@ -11,7 +11,7 @@ use super::influence::row;
 use super::interface::{PatchKinematics, Stencil, Upstream};
 use super::law::{LinearContact, LinearNode, Slip, Tangent};
 use super::loads::{Loads, NormalLoad};
-use super::memory::{self, coefficients, Sliding};
+use super::memory::{self, coefficients, SlidingNode};
 use super::normal::{patches, rest_on_a_node, rounds, solve_normal, undetermined};
 use super::patch::refuse_border;
 use super::steady::PatchResultant;
@@ -321,14 +321,14 @@ impl SlidingProblem<'_> {
             let convection = terms.map(|&(j, d)| (j, self.speed(i) * d)).collect();
             LinearNode { node: i, tangent: Tangent::Slip(slip), convection }
         };
-        let sliding = |((&i, t), &v): ((&usize, &[f64; 2]), &f64)| Sliding {
+        let sliding = |((&i, t), &v): ((&usize, &[f64; 2]), &f64)| SlidingNode {
             node: i,
             creep: t.map(|t| v * t),
             force: solution.pressure[i] * self.interface.weight[i],
             friction: solution.friction[i],
         };
         let closed = || solution.closed.iter().zip(&solution.direction).zip(&solution.velocity);
-        let remembering: Vec<Sliding> = closed().map(sliding).collect();
+        let remembering: Vec<SlidingNode> = closed().map(sliding).collect();
         // About the rigid creep the deformed bodies are not looked at, so that neither is what moves their edge.
         let edges = match (self.direction, self.stencil) {
             (SlidingDirection::Actual, Stencil::Edge) => {

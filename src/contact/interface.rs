@@ -21,23 +21,23 @@ pub enum Stencil {
     Edge,
 }
 
-/// Spacings over the smaller half axis of a contact that is [ruled by spin](Creepage::is_ruled_by_spin). In stick the
-/// slope of w along x is that of the rigid slip, which spin makes a straight line: the differences at the two nodes
-/// behind the leading edge, of first order, are exact for a constant alone. The lateral force is too small by up to
-/// about 2 h²/a² of itself, by where the edge lies between the nodes.
+/// Spacings over the smaller half axis of a contact that is [ruled by spin](ContactCreepage::is_ruled_by_spin). In
+/// stick the slope of w along x is that of the rigid slip, which spin makes a straight line: the differences at the two
+/// nodes behind the leading edge, of first order, are exact for a constant alone. The lateral force is too small by up
+/// to about 2 h²/a² of itself, by where the edge lies between the nodes.
 pub const SPIN_SPACINGS: f64 = 14.0;
 
 /// Creepages of the undeformed bodies: rigid creep velocity divided by the rolling speed V.
 ///
 /// ```
-/// use railsqueal::contact::Creepage;
+/// use railsqueal::contact::ContactCreepage;
 ///
-/// let creepage = Creepage { lateral: 0.003, spin: 0.5, ..Creepage::default() };
+/// let creepage = ContactCreepage { lateral: 0.003, spin: 0.5, ..ContactCreepage::default() };
 /// // Spin turns the surface about the centre of the contact.
 /// assert!((creepage.rigid(0.004, 0.0)[1] - 0.005).abs() < 1e-15);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Creepage {
+pub struct ContactCreepage {
     /// Longitudinal creepage ξ, 1.
     pub longitudinal: f64,
     /// Lateral creepage η, 1.
@@ -46,7 +46,7 @@ pub struct Creepage {
     pub spin: f64,
 }
 
-impl Creepage {
+impl ContactCreepage {
     /// Rigid creep per unit speed at the point (x, y): (ξ − φ y, η + φ x), equations (1)–(2) of the paper without the
     /// elastic part.
     pub fn rigid(&self, x: f64, y: f64) -> [f64; 2] {
@@ -57,9 +57,9 @@ impl Creepage {
     /// is more than that of the other creepages.
     ///
     /// ```
-    /// use railsqueal::contact::Creepage;
+    /// use railsqueal::contact::ContactCreepage;
     ///
-    /// let creepage = Creepage { lateral: 1e-3, spin: 0.5, ..Creepage::default() };
+    /// let creepage = ContactCreepage { lateral: 1e-3, spin: 0.5, ..ContactCreepage::default() };
     /// assert!(creepage.is_ruled_by_spin([5e-3, 5e-3]));
     /// ```
     pub fn is_ruled_by_spin(&self, half: [f64; 2]) -> bool {
@@ -67,8 +67,12 @@ impl Creepage {
     }
 
     /// The three creepages times `factor`.
-    pub fn scaled(&self, factor: f64) -> Creepage {
-        Creepage { longitudinal: self.longitudinal * factor, lateral: self.lateral * factor, spin: self.spin * factor }
+    pub fn scaled(&self, factor: f64) -> ContactCreepage {
+        ContactCreepage {
+            longitudinal: self.longitudinal * factor,
+            lateral: self.lateral * factor,
+            spin: self.spin * factor,
+        }
     }
 }
 
@@ -78,12 +82,12 @@ pub struct PatchKinematics {
     /// Rolling speed V > 0, m/s.
     pub speed: f64,
     /// Creepages ξ, η (1), φ (1/m), spin about the origin of the patch.
-    pub creepage: Creepage,
+    pub creepage: ContactCreepage,
 }
 
 impl PatchKinematics {
     /// The rolling of an interface of one patch.
-    pub fn one(speed: f64, creepage: Creepage) -> Vec<Self> {
+    pub fn one(speed: f64, creepage: ContactCreepage) -> Vec<Self> {
         vec![Self { speed, creepage }]
     }
 }
@@ -237,7 +241,7 @@ mod tests {
 
     #[test]
     fn rigid_creep_has_the_signs_of_the_formulation() {
-        let c = Creepage { longitudinal: 1.0, lateral: 10.0, spin: 2.0 };
+        let c = ContactCreepage { longitudinal: 1.0, lateral: 10.0, spin: 2.0 };
         assert_eq!(c.rigid(0.5, 0.25), [1.0 - 2.0 * 0.25, 10.0 + 2.0 * 0.5]);
     }
 }

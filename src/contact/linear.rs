@@ -10,7 +10,7 @@ use super::candidates::{Candidates, Resultant};
 use super::krylov::gmres;
 use super::law::Tangent;
 use super::loads::solve_small;
-use super::newton::{node, Effort, Iterate, Law, UNIT};
+use super::newton::{node, Iterate, MapData, NewtonEffort, UNIT};
 use super::normal::not_definite;
 use crate::dense::dot;
 use crate::model::{Convolution, Product};
@@ -194,7 +194,7 @@ impl<'a, 'w> NewtonSystem<'a, 'w> {
     /// Linearises at `now` with the closed nodes `closed`, which are pressed, and for which `normal` has been updated.
     pub fn new(
         c: &'a Candidates<'w>,
-        law: Law<'a>,
+        law: MapData<'a>,
         now: &Iterate,
         normal: &'a NormalBlock<'w>,
         closed: &'a [usize],
@@ -247,7 +247,7 @@ impl<'a, 'w> NewtonSystem<'a, 'w> {
     }
 
     /// Solves to the relative residual `tolerance`; None when that fails badly.
-    pub fn solve(&self, tolerance: f64, effort: &mut Effort) -> Option<NewtonStep> {
+    pub fn solve(&self, tolerance: f64, effort: &mut NewtonEffort) -> Option<NewtonStep> {
         let k = self.closed.len();
         let solved = gmres(&self.rhs, tolerance, 200, |r| self.precondition(r), |v| self.apply(v));
         effort.products += solved.products;

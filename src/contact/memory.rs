@@ -52,7 +52,7 @@ pub struct LinearMemory {
 
 /// A closed node of a steady contact and how it slides.
 #[derive(Clone, Copy)]
-pub(super) struct Sliding {
+pub(super) struct SlidingNode {
     /// Node of the interface.
     pub node: usize,
     /// Creep, m/s; zero where it sticks.
@@ -69,7 +69,7 @@ pub(super) fn linear(
     law: &FrictionLaw,
     s: &Interface,
     kinematics: &[PatchKinematics],
-    nodes: &[Sliding],
+    nodes: &[SlidingNode],
 ) -> Vec<LinearMemory> {
     let mut memories: Vec<LinearMemory> = Vec::new();
     for (at, n) in nodes.iter().enumerate() {

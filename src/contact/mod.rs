@@ -36,7 +36,7 @@ pub use continuation::Continuation;
 pub use deferred_correction::DeferredSteady;
 pub use full_sliding::{SlidingDirection, SlidingProblem, SlidingSolution};
 pub use influence::Influence;
-pub use interface::{Creepage, PatchKinematics, Stencil, Upstream, SPIN_SPACINGS};
+pub use interface::{ContactCreepage, PatchKinematics, Stencil, Upstream, SPIN_SPACINGS};
 pub use law::{LinearContact, LinearEdge, LinearNode, Slip, Status, Tangent};
 pub use loads::{LoadedMotion, Loads, NormalLoad};
 pub use memory::LinearMemory;

@@ -51,7 +51,7 @@ pub(super) struct Iterate {
 
 impl Iterate {
     /// The stresses `x` and the motions `d` with the displacements `u`, at the part `factor` of the creepage.
-    fn new(c: &Candidates, (law, factor): (Law<'_>, f64), x: Vec<f64>, d: Vec<f64>, u: Vec<f64>) -> Self {
+    fn new(c: &Candidates, (law, factor): (MapData<'_>, f64), x: Vec<f64>, d: Vec<f64>, u: Vec<f64>) -> Self {
         let y = c.response(&u, &d, factor);
         let m = c.nodes.len();
         let (mut largest, mut square) = (0.0f64, 0.0);
@@ -76,7 +76,7 @@ impl Iterate {
 
 /// Data of the problem that the map needs.
 #[derive(Clone, Copy)]
-pub(super) struct Law<'a> {
+pub(super) struct MapData<'a> {
     /// Coefficient of friction of each candidate, `[m]`.
     pub friction: &'a [f64],
     /// The largest that the law knows, the unit in which violations of it are measured.
@@ -102,7 +102,7 @@ pub(super) struct Reached {
 
 /// Counts of a solution.
 #[derive(Debug, Clone, Copy, Default)]
-pub(super) struct Effort {
+pub(super) struct NewtonEffort {
     /// Newton iterations.
     pub iterations: usize,
     /// Products with the influence matrix of the candidates.
@@ -118,7 +118,7 @@ pub(super) fn solve<'p>(
     friction: &[f64],
     target: f64,
     at: &mut Reached,
-    effort: &mut Effort,
+    effort: &mut NewtonEffort,
 ) -> Result<()> {
     let mut x: Vec<f64> =
         c.nodes.iter().flat_map(|&i| (0..3).map(move |r| 3 * i + r)).map(|k| at.stress[k] / c.unit).collect();
@@ -136,7 +136,7 @@ pub(super) fn solve<'p>(
     c.renew(problem, &upstream);
     let mut run = Run {
         problem,
-        law: Law { friction: &friction, largest: problem.friction.largest() },
+        law: MapData { friction: &friction, largest: problem.friction.largest() },
         target,
         factor: 1.0,
         factors: std::mem::take(&mut c.factors),
@@ -209,12 +209,12 @@ fn list(trace: &[f64]) -> String {
 /// A solution in progress.
 struct Run<'a, 'p> {
     problem: &'a SteadyProblem<'p>,
-    law: Law<'a>,
+    law: MapData<'a>,
     target: f64,
     /// Part of the creepage that is applied.
     factor: f64,
     factors: Factors<'p>,
-    effort: &'a mut Effort,
+    effort: &'a mut NewtonEffort,
     /// How far the stresses have moved since their displacements were those of a product in full precision.
     moved: f64,
     /// Residuals so far.

@@ -5,8 +5,8 @@ use super::influence::Influence;
 use super::interface::{PatchKinematics, Stencil, Upstream};
 use super::law::{size, Augmentation, LinearContact, LinearNode, Node, Slip, Status, Tangent};
 use super::loads::{Loads, NormalLoad};
-use super::memory::{self, coefficients, Sliding};
-use super::newton::{self, Effort, Reached};
+use super::memory::{self, coefficients, SlidingNode};
+use super::newton::{self, NewtonEffort, Reached};
 use super::patch::refuse_border;
 use super::start::{self, InitialGuess};
 use crate::friction::FrictionLaw;
@@ -20,7 +20,7 @@ pub use resultant::PatchResultant;
 ///
 /// ```
 /// use railsqueal::body::half_space::HalfSpace;
-/// use railsqueal::contact::{Creepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
+/// use railsqueal::contact::{ContactCreepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
 /// use railsqueal::friction::FrictionLaw;
 /// use railsqueal::grid::Interface;
 /// use railsqueal::model::combined_compliance;
@@ -34,7 +34,7 @@ pub use resultant::PatchResultant;
 ///     interface: &interface,
 ///     compliance: both.as_ref().into(),
 ///     friction: FrictionLaw::Constant(0.3),
-///     kinematics: PatchKinematics::one(10.0, Creepage { lateral: 0.003, ..Creepage::default() }),
+///     kinematics: PatchKinematics::one(10.0, ContactCreepage { lateral: 0.003, ..ContactCreepage::default() }),
 ///     loads: NormalLoad::Force(70e3).into(),
 ///     stencil: Stencil::Edge,
 ///     tolerance: 1e-8,
@@ -107,7 +107,7 @@ pub struct SteadySolution {
 }
 
 /// Stresses that a solution is begun with.
-pub(super) struct Start {
+pub(super) struct StartStresses {
     /// Stresses (tx, ty, p), Pa, `[3n]`, pressed somewhere.
     pub stress: Vec<f64>,
     /// Rigid motions, m, `[motions]`.
@@ -130,13 +130,17 @@ impl<'a> SteadyProblem<'a> {
     /// Solves the problem, starting from the solution of a similar one on the same interface if there is one.
     pub fn solve_from(&self, start: Option<&SteadySolution>) -> Result<SteadySolution> {
         let pressed = start.filter(|r| r.pressure.iter().any(|&p| p > 0.0));
-        let start = pressed.map(|r| Start { stress: r.stresses(), motions: r.motions.clone(), friction: None });
+        let start = pressed.map(|r| StartStresses { stress: r.stresses(), motions: r.motions.clone(), friction: None });
         self.solve_with(start, &mut None)
     }
 
     /// Solves the problem from `start`, with the candidates `kept` from a solution with other creepages, of which
     /// those of this one remain.
-    pub(super) fn solve_with(&self, start: Option<Start>, kept: &mut Option<Candidates<'a>>) -> Result<SteadySolution> {
+    pub(super) fn solve_with(
+        &self,
+        start: Option<StartStresses>,
+        kept: &mut Option<Candidates<'a>>,
+    ) -> Result<SteadySolution> {
         self.check()?;
         let s = self.interface;
         if self.is_open() {
@@ -147,11 +151,11 @@ impl<'a> SteadyProblem<'a> {
                 self.loads.prescribed(),
                 upstream,
                 &self.response(&stress),
-                Effort::default(),
+                NewtonEffort::default(),
             );
         }
 
-        let mut effort = Effort::default();
+        let mut effort = NewtonEffort::default();
         let InitialGuess { mut at, mut candidates, mut friction } = match start {
             None => start::cold(self)?,
             Some(r) => {
@@ -339,7 +343,7 @@ impl<'a> SteadyProblem<'a> {
         motions: Vec<f64>,
         upstream: Upstream,
         u: &[f64],
-        effort: Effort,
+        effort: NewtonEffort,
     ) -> Result<SteadySolution> {
         let s = self.interface;
         let n = s.len();
@@ -429,7 +433,7 @@ impl SteadyProblem<'_> {
             let terms = solution.upstream.rows[i].iter().filter(|t| t.1 != 0.0);
             let speed = self.kinematics[s.patch_of(i)].speed;
             nodes.push(LinearNode { node: i, tangent, convection: terms.map(|&(j, d)| (j, speed * d)).collect() });
-            remembering.push(Sliding { node: i, creep: against.map(|t| velocity * t), force, friction: mu });
+            remembering.push(SlidingNode { node: i, creep: against.map(|t| velocity * t), force, friction: mu });
         }
         let edges = match self.stencil {
             Stencil::Edge => s.edges(&closed, &solution.gap, &solution.w, &self.kinematics),

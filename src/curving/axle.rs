@@ -74,7 +74,7 @@ pub struct AxleState {
 type Places = [Vec<ContactPlace>; 2];
 
 /// Derivatives of an axle by its shift and its yaw.
-pub(super) struct Tangent {
+pub(super) struct AxleTangent {
     /// Lateral force and yaw moment, scaled as [`Balance`] is.
     pub loads: [[f64; 2]; 2],
     /// Height, roll and speed of rotation.
@@ -231,7 +231,7 @@ impl Axle<'_> {
     }
 
     /// Derivatives by shift and yaw at a settled motion, with height, roll and rotation in balance.
-    pub fn tangent(&self, motion: &AxleMotion, rest: &Balance) -> Result<Tangent> {
+    pub fn tangent(&self, motion: &AxleMotion, rest: &Balance) -> Result<AxleTangent> {
         let places = self.places(motion)?;
         let mut jacobian = [[0.0; 5]; 5];
         for k in 0..5 {
@@ -250,7 +250,7 @@ impl Axle<'_> {
         let total = |i: usize, k: usize| {
             jacobian[3 + i][3 + k] + (0..3).map(|j| jacobian[3 + i][j] * follow[j][k]).sum::<f64>()
         };
-        Ok(Tangent { loads: [[total(0, 0), total(0, 1)], [total(1, 0), total(1, 1)]], follow })
+        Ok(AxleTangent { loads: [[total(0, 0), total(0, 1)], [total(1, 0), total(1, 1)]], follow })
     }
 
     /// The axle at a settled motion.

@@ -1,8 +1,8 @@
 //! The force at one place of contact.
 
 use super::CurvingProblem;
-use crate::contact::baseline::{coefficients, fastsim, polach, shen_hedrick_elkins, Ellipse};
-use crate::contact::Creepage;
+use crate::contact::baseline::{coefficients, fastsim, polach, shen_hedrick_elkins, EllipticContact};
+use crate::contact::ContactCreepage;
 use crate::placement::{ContactPlace, Ellipse as HertzEllipse, Press};
 use crate::Result;
 
@@ -26,7 +26,7 @@ pub enum CreepLaw {
 }
 
 impl CreepLaw {
-    fn force(self, ellipse: &Ellipse, creepage: &Creepage) -> [f64; 2] {
+    fn force(self, ellipse: &EllipticContact, creepage: &ContactCreepage) -> [f64; 2] {
         match self {
             Self::ShenHedrickElkins => shen_hedrick_elkins(ellipse, creepage),
             Self::Polach => polach(ellipse, creepage),
@@ -103,11 +103,18 @@ impl ContactForce {
         force.half_axes = [a, b];
         let ratio = (a / b).clamp(TABULATED[0], TABULATED[1]);
         if let Some(kalker) = coefficients(elastic.poisson, ratio) {
-            let ellipse =
-                Ellipse { a, b, load: hertz.force, friction, shear: elastic.shear, plane: elastic.plane, kalker };
+            let ellipse = EllipticContact {
+                a,
+                b,
+                load: hertz.force,
+                friction,
+                shear: elastic.shear,
+                plane: elastic.plane,
+                kalker,
+            };
             let [longitudinal, lateral, spin] = creepage;
             // Forces on the rail along x, which points backwards, and along y: those on the wheel are opposite.
-            let [back, right] = problem.law.force(&ellipse, &Creepage { longitudinal, lateral, spin });
+            let [back, right] = problem.law.force(&ellipse, &ContactCreepage { longitudinal, lateral, spin });
             (force.longitudinal, force.tangential) = (place.share * back, -place.share * right);
         }
         Ok(force)

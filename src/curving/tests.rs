@@ -1,10 +1,10 @@
 use super::*;
 use crate::placement::builtin::{rail_60e1, rail_head, s1002};
-use crate::placement::profile::{Piece, Profile};
-use crate::placement::{Placement, Position, TrackSide};
+use crate::placement::profile::{ProfilePiece, RunningProfile};
+use crate::placement::{Position, RailSide, WheelPlacement};
 
-fn track(side: TrackSide, gauge: f64, gauge_depth: f64, cant: f64) -> Placement {
-    Placement {
+fn track(side: RailSide, gauge: f64, gauge_depth: f64, cant: f64) -> WheelPlacement {
+    WheelPlacement {
         side,
         gauge,
         gauge_depth,
@@ -32,11 +32,11 @@ fn bogie() -> BogieData {
     }
 }
 
-fn on_rails(rail: &Profile, radius: f64, friction: f64) -> CurvingProblem {
+fn on_rails(rail: &RunningProfile, radius: f64, friction: f64) -> CurvingProblem {
     let wheel = s1002().unwrap();
     let over = |side| MovableWheel::new(&track(side, 1.435, 0.014, 0.025_f64.atan()), &wheel, rail).unwrap();
     CurvingProblem {
-        wheels: [TrackSide::Left, TrackSide::Right].map(over),
+        wheels: [RailSide::Left, RailSide::Right].map(over),
         materials: [(210e9, 0.3); 2],
         friction: FrictionLaw::Constant(friction),
         law: CreepLaw::ShenHedrickElkins,
@@ -56,13 +56,15 @@ const OFF_CROWN: f64 = 0.015;
 
 /// Wheelsets with cones of the conicity 0.05 on heads of a radius of 300 mm, 1.5 m apart.
 fn cones(radius: f64) -> CurvingProblem {
-    let wheel = Profile::new("cone", vec![-0.05, 0.05], vec![Piece::line([-0.05, 0.0025], [0.05, -0.0025])]).unwrap();
-    let head = Piece::Arc { centre: [0.0, 0.3], radius: -0.3 };
-    let rail = Profile::new("head", vec![-0.04, 0.04], vec![head]).unwrap();
+    let wheel =
+        RunningProfile::new("cone", vec![-0.05, 0.05], vec![ProfilePiece::line([-0.05, 0.0025], [0.05, -0.0025])])
+            .unwrap();
+    let head = ProfilePiece::Arc { centre: [0.0, 0.3], radius: -0.3 };
+    let rail = RunningProfile::new("head", vec![-0.04, 0.04], vec![head]).unwrap();
     // 1 mm down the head is this far from its middle.
     let side = (0.3_f64 * 0.3 - 0.299 * 0.299).sqrt();
     let over = |side_of| MovableWheel::new(&track(side_of, 1.5 - 2.0 * side, 1e-3, 0.0), &wheel, &rail).unwrap();
-    let wheels = [TrackSide::Left, TrackSide::Right].map(over);
+    let wheels = [RailSide::Left, RailSide::Right].map(over);
     let mut problem = CurvingProblem { wheels, ..problem(radius, 0.35) };
     problem.bogie.primary = [0.0; 2];
     problem
@@ -281,7 +283,7 @@ fn curves_that_cannot_be_run_through_are_refused() {
         MovableWheel::new(&track, &s1002().unwrap(), &rail_60e1().unwrap()).unwrap()
     };
     let mut narrow_gauge = problem(600.0, 0.35);
-    narrow_gauge.wheels = [TrackSide::Left, TrackSide::Right].map(narrow);
+    narrow_gauge.wheels = [RailSide::Left, RailSide::Right].map(narrow);
     refused(&narrow_gauge, &["curve.gauge", "flange"]);
 }
 

@@ -4,7 +4,7 @@ use super::poles::Poles;
 use super::prescribed::{Prescribed, PrescribedMotion};
 use super::receptance::{discrete, harmonic};
 use crate::grid::{ContactPatch, Interface};
-use crate::model::Dynamics;
+use crate::model::ModalDynamics;
 use crate::transient::low_rank_modes::factors;
 use crate::transient::stepper::{Settings, State, StateChanges, Stepper};
 use crate::transient::{Energy, Model, PatchDrive, Scheme};
@@ -52,8 +52,8 @@ impl<'a> Structure<'a> {
     }
 
     /// The same modes with other equations of motion.
-    pub fn with(&self, dynamics: Dynamics) -> Result<Self> {
-        let Dynamics { stiffness, damping, turning } = dynamics;
+    pub fn with(&self, dynamics: ModalDynamics) -> Result<Self> {
+        let ModalDynamics { stiffness, damping, turning } = dynamics;
         let model = Model { stiffness, damping, turning, ..self.model.clone() };
         Self::on(model, self.basis.clone(), self.mix.clone())
     }

@@ -8,7 +8,7 @@
 
 use super::balance::{Balance, Conditions, ContactMemory, Marched, PeriodicSolution, Resolution, Structure};
 use super::contact_jacobian::ContactJacobian;
-use crate::model::Dynamics;
+use crate::model::ModalDynamics;
 use crate::{Error, Result};
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::Mat;
@@ -20,7 +20,7 @@ pub trait Family {
     fn conditions(&self, key: f64) -> Result<Conditions>;
 
     /// Equations of motion of the modes at the value `key`; none where the key does not change them.
-    fn dynamics(&self, _key: f64) -> Result<Option<Dynamics>> {
+    fn dynamics(&self, _key: f64) -> Result<Option<ModalDynamics>> {
         Ok(None)
     }
 

@@ -6,7 +6,7 @@ use crate::{Error, Result};
 
 /// Eigenpairs in ascending order of λ. There may be more than were asked for.
 #[derive(Debug, Clone, Default)]
-pub struct Modes {
+pub struct FoundModes {
     /// Eigenvalues.
     pub lambda: Vec<f64>,
     /// Local rows of each eigenvector, normalised to xᵀMx = 1.
@@ -30,11 +30,11 @@ const BLOCK: usize = 16;
 
 /// Collective: the eigenvalues `lambda` found about the shift `sigma`, with eigenvectors `vectors`, `[n_local,
 /// lambda.len()]`, in order and normalised; an error where a residual or a product of two is too large.
-pub(crate) fn checked(pencil: &dyn Pencil, sigma: f64, lambda: &[f64], vectors: Vec<f64>) -> Result<Modes> {
+pub(crate) fn checked(pencil: &dyn Pencil, sigma: f64, lambda: &[f64], vectors: Vec<f64>) -> Result<FoundModes> {
     let (world, n, count) = (pencil.world(), pencil.n_local(), lambda.len());
     let mut order: Vec<usize> = (0..count).collect();
     order.sort_by(|&a, &b| lambda[a].total_cmp(&lambda[b]));
-    let mut modes = Modes { lambda: order.iter().map(|&i| lambda[i]).collect(), ..Modes::default() };
+    let mut modes = FoundModes { lambda: order.iter().map(|&i| lambda[i]).collect(), ..FoundModes::default() };
     let mut residuals = vec![0.0; count];
     let mut lengths = vec![0.0; count];
     let mut skew = vec![0.0f64; count];

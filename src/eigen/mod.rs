@@ -12,7 +12,7 @@ pub mod quadratic;
 mod slices;
 pub mod sparse;
 
-pub use check::Modes;
+pub use check::FoundModes;
 pub use lanczos::Sizes;
 pub use slices::{band, lowest, Moving};
 
@@ -60,7 +60,7 @@ pub fn nearest(
     shifted: &mut dyn Shifted,
     count: usize,
     progress: &mut dyn FnMut(usize, usize),
-) -> Result<Modes> {
+) -> Result<FoundModes> {
     let sizes = shifted.sizes(count);
     nearest_by(pencil, shifted, count, sizes, progress)
 }
@@ -72,9 +72,9 @@ pub fn nearest_by(
     count: usize,
     sizes: Sizes,
     progress: &mut dyn FnMut(usize, usize),
-) -> Result<Modes> {
+) -> Result<FoundModes> {
     if count == 0 || pencil.order() == 0 {
-        return Ok(Modes::default());
+        return Ok(FoundModes::default());
     }
     enough(count, pencil.order())?;
     let found = lanczos::run(pencil, shifted, pencil.known_vectors(), Goal::Nearest(count), sizes, progress)?;

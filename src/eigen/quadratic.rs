@@ -54,7 +54,7 @@ pub trait Quadratic {
 
 /// Settings of the computation.
 #[derive(Debug, Clone, Copy)]
-pub struct Wanted {
+pub struct QuadraticSettings {
     /// The shift σ of the inverse: the eigenvalues nearest to it are sought.
     pub target: C,
     /// Number of eigenpairs.
@@ -67,7 +67,7 @@ pub struct Wanted {
 
 /// Eigenpairs, the nearest to the shift first. There may be more than were asked for: none is left out among them.
 #[derive(Debug, Clone, Default)]
-pub struct Pairs {
+pub struct QuadraticPairs {
     /// Eigenvalues.
     pub lambda: Vec<C>,
     /// Local rows of each eigenvector, of Euclidean norm 1.
@@ -349,9 +349,9 @@ impl Space {
 pub fn nearest(
     operator: &mut dyn Quadratic,
     start: &[C],
-    wanted: &Wanted,
+    wanted: &QuadraticSettings,
     progress: &mut dyn FnMut(usize, usize),
-) -> Result<Pairs> {
+) -> Result<QuadraticPairs> {
     let n = operator.n_local();
     let order = operator.world().sum_u64(n as u64);
     let world = operator.world();
@@ -395,7 +395,7 @@ pub fn nearest(
             let unit = |(x, size): (&[C], &f64)| x.iter().map(|v| v / size).collect();
             let mut vectors: Vec<Vec<C>> = vectors.chunks_exact(n).zip(&sizes).map(unit).collect();
             let beside = vectors.split_off(found);
-            return Ok(Pairs {
+            return Ok(QuadraticPairs {
                 lambda: theta[..found].iter().map(|t| wanted.target + t.inv()).collect(),
                 vectors,
                 beside,

@@ -5,7 +5,7 @@
 //! J. Matrix Anal. Appl. 15 (1994) 228, section 3.
 
 use super::block::columns;
-use super::check::{checked, Modes};
+use super::check::{checked, FoundModes};
 use super::lanczos::{self, Goal};
 use super::{enough, Pencil, Shifted};
 use crate::{Error, Result};
@@ -41,7 +41,7 @@ pub fn lowest(
     moving: &mut dyn Moving,
     count: usize,
     progress: &mut dyn FnMut(usize, usize),
-) -> Result<Modes> {
+) -> Result<FoundModes> {
     enough(count, pencil.order())?;
     let mut slices = Slices::new(pencil, first, progress);
     slices.count = Some(count);
@@ -58,7 +58,7 @@ pub fn band(
     from: f64,
     to: f64,
     progress: &mut dyn FnMut(usize, usize),
-) -> Result<Modes> {
+) -> Result<FoundModes> {
     if !(from < to) {
         return Err(Error::Defect(format!("band from {from} to {to}")));
     }
@@ -262,7 +262,7 @@ impl<'a> Slices<'a> {
     }
 
     /// Collective: what is known to be complete, up to `end`.
-    fn modes(self, end: f64) -> Result<Modes> {
+    fn modes(self, end: f64) -> Result<FoundModes> {
         let n = self.pencil.n_local();
         let end = if self.exhausted { end } else { end.min(self.shift) };
         let kept: Vec<usize> = (0..self.lambda.len()).filter(|&i| self.lambda[i] < end).collect();

@@ -1,7 +1,7 @@
 //! Distributed sparse matrices and their factorisations as operators of the methods, and the choice between the
 //! method here and SLEPc's.
 
-use super::{check, enough, lowest, nearest, Modes, Moving, Pencil, Shifted, Sizes};
+use super::{check, enough, lowest, nearest, FoundModes, Moving, Pencil, Shifted, Sizes};
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
 use crate::petsc::operator::Operator;
@@ -34,7 +34,7 @@ pub struct ModesOptions {
 }
 
 /// K and M in distributed rows. Products with K are asked for at the end only; what they need is made then.
-pub struct Matrices<'a> {
+pub struct DistributedMatrices<'a> {
     world: &'a World,
     stiffness: &'a DistCsr,
     /// K ready for products, once one was asked for.
@@ -45,7 +45,7 @@ pub struct Matrices<'a> {
     known: (Vec<f64>, usize),
 }
 
-impl<'a> Matrices<'a> {
+impl<'a> DistributedMatrices<'a> {
     /// Collective: K and M made ready for products.
     pub fn new(world: &'a World, stiffness: &'a DistCsr, mass: &'a DistCsr) -> Self {
         let (mass, matrix) = (mass.operator(world), mass);
@@ -58,7 +58,7 @@ impl<'a> Matrices<'a> {
     }
 }
 
-impl Pencil for Matrices<'_> {
+impl Pencil for DistributedMatrices<'_> {
     fn world(&self) -> &World {
         self.world
     }
@@ -119,7 +119,7 @@ fn sizes(factor: &Factor, count: usize) -> Sizes {
 }
 
 /// Factors of K − σM for one shift after another.
-pub struct Sliding<'a> {
+pub struct ShiftedFactors<'a> {
     world: &'a World,
     stiffness: &'a DistCsr,
     mass: &'a DistCsr,
@@ -129,9 +129,9 @@ pub struct Sliding<'a> {
     sigma: f64,
 }
 
-impl<'a> Sliding<'a> {
+impl<'a> ShiftedFactors<'a> {
     /// For K and M; nothing is factorised before the first shift is known.
-    pub fn new(pencil: &Matrices<'a>) -> Self {
+    pub fn new(pencil: &DistributedMatrices<'a>) -> Self {
         Self { world: pencil.world, stiffness: pencil.stiffness, mass: pencil.matrix, now: None, sigma: f64::NAN }
     }
 
@@ -143,7 +143,7 @@ impl<'a> Sliding<'a> {
     }
 }
 
-impl Shifted for Sliding<'_> {
+impl Shifted for ShiftedFactors<'_> {
     fn sigma(&self) -> f64 {
         self.sigma
     }
@@ -164,7 +164,7 @@ impl Shifted for Sliding<'_> {
     }
 }
 
-impl Moving for Sliding<'_> {
+impl Moving for ShiftedFactors<'_> {
     fn move_to(&mut self, sigma: f64) -> Result<()> {
         let shifted = self.stiffness.minus_scaled(sigma, self.mass);
         let entries = self.world.sum_u64(shifted.cols.len() as u64) as usize;
@@ -188,17 +188,17 @@ impl Moving for Sliding<'_> {
 /// lie below the shift of `first`, as that says.
 pub fn beside_known(
     petsc: &Petsc,
-    pencil: &Matrices,
+    pencil: &DistributedMatrices,
     first: &mut dyn Shifted,
     options: &ModesOptions,
     progress: &mut dyn FnMut(usize, usize),
-) -> Result<Modes> {
+) -> Result<FoundModes> {
     let count = options.count;
     if options.method == Method::Slepc {
         return by_slepc(petsc, pencil, first, options, progress);
     }
     match count > SLICED {
-        true => lowest(pencil, first, &mut Sliding::new(pencil), count, progress),
+        true => lowest(pencil, first, &mut ShiftedFactors::new(pencil), count, progress),
         false => nearest(pencil, first, count, progress),
     }
 }
@@ -211,16 +211,16 @@ pub const SLICED: usize = 150;
 pub fn modes(
     petsc: &Petsc,
     factor: &mut Factor,
-    pencil: &Matrices,
+    pencil: &DistributedMatrices,
     options: &ModesOptions,
     progress: &mut dyn FnMut(usize, usize),
-) -> Result<Modes> {
+) -> Result<FoundModes> {
     let ModesOptions { sigma, count, method, .. } = options;
     if *method == Method::Blocks {
         let mut first = ShiftedFactor { factor, sigma: *sigma };
         // Above the lowest eigenvalue the nearest ones lie on both sides.
         return match *count > SLICED && first.below() == 0 {
-            true => lowest(pencil, &mut first, &mut Sliding::new(pencil), *count, progress),
+            true => lowest(pencil, &mut first, &mut ShiftedFactors::new(pencil), *count, progress),
             false => nearest(pencil, &mut first, *count, progress),
         };
     }
@@ -230,17 +230,17 @@ pub fn modes(
 /// Collective: the pairs nearest to the shift of `first` by SLEPc, beside those that `pencil` knows.
 fn by_slepc(
     petsc: &Petsc,
-    pencil: &Matrices,
+    pencil: &DistributedMatrices,
     first: &mut dyn Shifted,
     ModesOptions { count, prefix, .. }: &ModesOptions,
     progress: &mut dyn FnMut(usize, usize),
-) -> Result<Modes> {
+) -> Result<FoundModes> {
     if *count == 0 || pencil.order() == 0 {
-        return Ok(Modes::default());
+        return Ok(FoundModes::default());
     }
     enough(*count, pencil.order() - pencil.known.1 as u64)?;
     let sigma = first.sigma();
-    let wanted = eps::Wanted { sigma, known: &pencil.known.0, count: *count, prefix };
+    let wanted = eps::EpsSettings { sigma, known: &pencil.known.0, count: *count, prefix };
     let mut inverse = |x: &mut [f64]| first.solve(x, 1);
     let found = eps::pairs(petsc, &mut inverse, &pencil.mass, &wanted, progress)?;
     let mut modes = check::checked(pencil, sigma, &found.lambda, found.vectors)?;

@@ -2,8 +2,8 @@
 //! rows whole: no entry travels, and the pattern is known before the first value, from the node graph.
 
 use super::dofs::{DofMap, FIXED};
-use super::forms::{Coupling, Form, Mass, Stiffness};
-use super::Material;
+use super::forms::{Form, Mass, NodeCoupling, Stiffness};
+use super::ElasticMaterial;
 use crate::mesh::distribute::MeshPart;
 use crate::mesh::quality;
 use crate::parallel::World;
@@ -22,7 +22,7 @@ pub struct Operators {
 
 impl Operators {
     /// Collective: K and M of a body of one material. An element that is inverted is an [`Error::Input`] that names it.
-    pub fn new(world: &World, part: &MeshPart, dofs: &DofMap, material: &Material) -> Result<Self> {
+    pub fn new(world: &World, part: &MeshPart, dofs: &DofMap, material: &ElasticMaterial) -> Result<Self> {
         let assembly = Assembly::new(world, part, dofs)?;
         let stiffness = assembly.assemble(&Stiffness(*material));
         let mass = assembly.assemble(&Mass { density: material.density });
@@ -71,7 +71,7 @@ impl<'a> Assembly<'a> {
         let (part, dofs) = (self.part, self.dofs);
         let half = form.symmetric();
         let mut matrix = self.pattern(form.coupling(), half);
-        let full = form.coupling() == Coupling::Full;
+        let full = form.coupling() == NodeCoupling::Full;
         let per_node = form.coupling().per_node();
         let mut values = Vec::new();
         for cell in self.order.iter().map(|&cell| part.cells.get(cell as usize)) {
@@ -143,12 +143,12 @@ impl<'a> Assembly<'a> {
 
     /// An empty matrix with the pattern of the graph: full 3×3 blocks, or only their diagonals; `half` of a symmetric
     /// one.
-    fn pattern(&self, coupling: Coupling, half: bool) -> DistCsr {
+    fn pattern(&self, coupling: NodeCoupling, half: bool) -> DistCsr {
         let dofs = self.dofs;
         let free = || self.graph.iter().enumerate().map(|(n, l)| (dofs.local[n], &l[..])).filter(|n| n.0 != FIXED);
         let blocks: usize = free().map(|(own, list)| self.coupled(own, list, half).count()).sum();
         // Above the diagonals of the blocks there are three entries.
-        let left_out = if half && coupling == Coupling::Full { dofs.owned() } else { 0 };
+        let left_out = if half && coupling == NodeCoupling::Full { dofs.owned() } else { 0 };
         let entries = 3 * coupling.per_node() * blocks - left_out;
         let mut indptr = Vec::with_capacity(dofs.owned() + 1);
         let mut cols = Vec::with_capacity(entries);
@@ -157,9 +157,9 @@ impl<'a> Assembly<'a> {
             for c in 0..3 {
                 for first in self.coupled(own, list, half) {
                     match coupling {
-                        Coupling::Full if half && first == own => cols.extend((0..=c).map(|d| (first + d) as u32)),
-                        Coupling::Full => cols.extend((0..3).map(|d| (first + d) as u32)),
-                        Coupling::Components => cols.push((first + c) as u32),
+                        NodeCoupling::Full if half && first == own => cols.extend((0..=c).map(|d| (first + d) as u32)),
+                        NodeCoupling::Full => cols.extend((0..3).map(|d| (first + d) as u32)),
+                        NodeCoupling::Components => cols.push((first + c) as u32),
                     }
                 }
                 indptr.push(cols.len());

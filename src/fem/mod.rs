@@ -11,14 +11,14 @@ pub mod surface;
 /// Isotropic linear elastic material.
 ///
 /// ```
-/// use railsqueal::fem::Material;
+/// use railsqueal::fem::ElasticMaterial;
 ///
-/// let steel = Material { young: 210e9, poisson: 0.3, density: 7850.0 };
+/// let steel = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7850.0 };
 /// let (lambda, mu) = steel.lame();
 /// assert!((mu - 80.77e9).abs() < 1e7 && (lambda - 121.15e9).abs() < 1e7);
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Material {
+pub struct ElasticMaterial {
     /// Young's modulus, Pa.
     pub young: f64,
     /// Poisson's ratio.
@@ -27,7 +27,7 @@ pub struct Material {
     pub density: f64,
 }
 
-impl Material {
+impl ElasticMaterial {
     /// Lamé's constants λ, μ, Pa.
     pub fn lame(&self) -> (f64, f64) {
         let (e, nu) = (self.young, self.poisson);

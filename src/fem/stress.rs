@@ -1,13 +1,13 @@
 //! Stress recovery: the stresses of the cells at a node averaged over them.
 
 use super::element::element;
-use super::Material;
+use super::ElasticMaterial;
 use crate::mesh::distribute::MeshPart;
 use crate::mesh::quality;
 
 /// Von Mises stress, Pa, of the owned nodes, `[owned]`. `u` is the displacement of all local nodes, m,
 /// `[node_ids.len()][3]`. A rank holds every cell of its nodes, so the average is complete without communication.
-pub fn von_mises(part: &MeshPart, u: &[[f64; 3]], material: &Material) -> Vec<f64> {
+pub fn von_mises(part: &MeshPart, u: &[[f64; 3]], material: &ElasticMaterial) -> Vec<f64> {
     let mut sum = vec![[0.0; 6]; part.owned];
     let mut weight = vec![0.0; part.owned];
     let mut stress = Vec::new();

@@ -4,7 +4,7 @@ use super::dofs::{DofMap, FIXED};
 use super::forms::SurfaceForm;
 use crate::mesh::distribute::MeshPart;
 use crate::mesh::quality::jacobian;
-use crate::mesh::reference::Shape;
+use crate::mesh::reference::ShapeFunctions;
 use crate::mesh::{Cell, Facet, Mesh};
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
@@ -13,7 +13,7 @@ use std::collections::HashMap;
 
 /// A point of the rule of a facet.
 struct RulePoint {
-    shape: Shape,
+    shape: ShapeFunctions,
     /// Coordinates, m.
     at: [f64; 3],
     /// Its unit normal, outward.
@@ -23,12 +23,12 @@ struct RulePoint {
 }
 
 /// The facets of a group whose cells this rank has.
-pub struct Surface<'a> {
+pub struct FacetSurface<'a> {
     part: &'a MeshPart,
     facets: Vec<Facet>,
 }
 
-impl<'a> Surface<'a> {
+impl<'a> FacetSurface<'a> {
     /// Collective: the facets of `group` of the mesh that rank 0 holds.
     pub fn new(world: &World, part: &'a MeshPart, mesh: Option<&Mesh>, group: &str) -> Self {
         let facets = mesh.and_then(|m| m.groups.get(group)).map_or(&[][..], |f| &f[..]);

@@ -185,7 +185,7 @@ impl FrictionLaw {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{DoubleExponential, Exponential, FrictionLaw, Kraft, Linear, Rational, Table};
+    use super::super::{DoubleExponential, Exponential, FrictionLaw, FrictionTable, Kraft, Linear, Rational};
     use super::*;
 
     #[test]
@@ -203,7 +203,7 @@ mod tests {
             DoubleExponential::new(0.4, 0.25, 0.6, 0.1, 2.0).into(),
             Linear::new(0.4, 0.25, 0.6).into(),
             Kraft::new(0.4).into(),
-            Table::new(vec![[0.0, 0.4], [0.1, 0.42], [0.9, 0.25]]).into(),
+            FrictionTable::new(vec![[0.0, 0.4], [0.1, 0.42], [0.9, 0.25]]).into(),
         ]
     }
 

@@ -104,7 +104,7 @@ laws! {
     DoubleExponential: double_exponential, "mu(v) falls from static to kinetic by two exponential terms.";
     Linear: linear, "mu(v) = kinetic + (static - kinetic) max(0, 1 - v / end_velocity).";
     Kraft: kraft, "mu(v) = static (1 - exp(-0.138 m/s / v) / 2 - exp(-6.9 m/s / v) / 2).";
-    Table: table, "mu(v) along straight lines between the points of a table.";
+    FrictionTable: table, "mu(v) along straight lines between the points of a table.";
 }
 
 impl FrictionLaw {

@@ -5,13 +5,13 @@ use super::Law;
 
 remembering! {
     /// mu(v) along straight lines between points, and that of the last one beyond.
-    pub struct Table {
+    pub struct FrictionTable {
         /// Pairs of the sliding velocity, m/s, and the coefficient there; the velocities ascend from 0.
         pub points: Vec<[f64; 2]>,
     }
 }
 
-impl Table {
+impl FrictionTable {
     /// The points before and after the velocity `v`.
     fn around(&self, v: f64) -> [Option<&[f64; 2]>; 2] {
         let after = self.points.partition_point(|p| p[0] <= v);
@@ -19,7 +19,7 @@ impl Table {
     }
 }
 
-impl Law for Table {
+impl Law for FrictionTable {
     fn coefficient(&self, v: f64) -> f64 {
         match self.around(v) {
             [Some(a), Some(b)] => a[1] + (b[1] - a[1]) * (v - a[0]) / (b[0] - a[0]),
@@ -62,7 +62,7 @@ impl Law for Table {
     }
 }
 
-impl std::fmt::Display for Table {
+impl std::fmt::Display for FrictionTable {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "from a table of {} points that begins at {}", self.points.len(), self.coefficient(0.0))
     }
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn is_straight_between_its_points() {
-        let law = FrictionLaw::from(Table::new(vec![[0.0, 0.3], [0.05, 0.4], [0.5, 0.25]]));
+        let law = FrictionLaw::from(FrictionTable::new(vec![[0.0, 0.3], [0.05, 0.4], [0.5, 0.25]]));
         check(&law, 0.3, 0.25);
         assert!((law.coefficient(0.025) - 0.35).abs() < 1e-15 && (law.coefficient(0.275) - 0.325).abs() < 1e-15);
         assert_eq!((law.largest(), law.slope(0.6), law.fault("friction")), (0.4, 0.0, None));
@@ -89,7 +89,7 @@ mod tests {
             (vec![[0.0, 0.3], [1.0, -0.1]], "found the coefficient -0.1 at 1 m/s"),
             (vec![[0.0, 0.3], [1.0, 0.2], [1.0, 0.1]], "goes from 1 m/s to 1 m/s"),
         ] {
-            let fault = FrictionLaw::from(Table::new(points)).fault("friction").unwrap();
+            let fault = FrictionLaw::from(FrictionTable::new(points)).fault("friction").unwrap();
             assert!(fault.starts_with("friction.table.points: ") && fault.contains(part), "{fault}");
         }
     }

@@ -30,7 +30,7 @@ struct Face {
 
 /// A triangle that a face is divided into: straight between nodes of the face, so that neighbours meet.
 #[derive(Debug, Clone)]
-pub struct Piece {
+pub struct FaceTriangle {
     face: usize,
     /// Its corners in plan, m.
     pub plan: [Plane; 3],
@@ -58,7 +58,7 @@ pub struct FaceShapeFunctions<'f> {
 pub struct Faces {
     group: String,
     faces: Vec<Face>,
-    pieces: Vec<Piece>,
+    pieces: Vec<FaceTriangle>,
 }
 
 /// Triangles of a face in its own coordinates, between its nodes; faces with nodes on their edges are divided there.
@@ -144,7 +144,7 @@ impl Faces {
                 let normal: [f64; 3] =
                     std::array::from_fn(|i| p[(i + 1) % 3] * q[(i + 2) % 3] - p[(i + 2) % 3] * q[(i + 1) % 3]);
                 let size = normal.iter().map(|v| v * v).sum::<f64>().sqrt();
-                pieces.push(Piece {
+                pieces.push(FaceTriangle {
                     face: number,
                     plan: [a, b, c].map(|v| [v[0], v[1]]),
                     own,
@@ -160,10 +160,10 @@ impl Faces {
     ///
     /// # Errors
     /// A face there that looks down, or is steep.
-    pub fn pieces_within(&self, half: [f64; 2]) -> Result<Vec<&Piece>> {
+    pub fn pieces_within(&self, half: [f64; 2]) -> Result<Vec<&FaceTriangle>> {
         let far = FAR * half[0].max(half[1]);
-        let found: Vec<&Piece> = self.pieces.iter().filter(|p| p.reaches(half) && p.is_near(far)).collect();
-        let place = |p: &Piece| {
+        let found: Vec<&FaceTriangle> = self.pieces.iter().filter(|p| p.reaches(half) && p.is_near(far)).collect();
+        let place = |p: &FaceTriangle| {
             let [x, y] = p.middle();
             format!("group \"{}\": the facet at x = {x:.6}, y = {y:.6}, z = {:.6} m", self.group, p.heights[0])
         };
@@ -186,12 +186,12 @@ impl Faces {
     }
 
     /// The piece among `pieces` that is over the point `p`.
-    pub fn over<'p>(&self, pieces: &[&'p Piece], p: Plane) -> Option<&'p Piece> {
+    pub fn over<'p>(&self, pieces: &[&'p FaceTriangle], p: Plane) -> Option<&'p FaceTriangle> {
         pieces.iter().find(|t| barycentric(p, t.plan).iter().all(|v| *v >= -EDGE)).copied()
     }
 
     /// The shape functions at the point `p` of a piece.
-    pub fn shape_functions(&self, piece: &Piece, p: Plane) -> FaceShapeFunctions<'_> {
+    pub fn shape_functions(&self, piece: &FaceTriangle, p: Plane) -> FaceShapeFunctions<'_> {
         let face = &self.faces[piece.face];
         let weights = barycentric(p, piece.plan);
         let start = [0, 1].map(|c| (0..3).map(|k| weights[k] * piece.own[k][c]).sum());
@@ -201,7 +201,7 @@ impl Faces {
 
     /// Height of the surface over the point `p`, m: that of the highest face that looks up; none where there is none.
     pub fn height(&self, p: Plane) -> Option<f64> {
-        let inside = |t: &&Piece| t.up > 0.0 && barycentric(p, t.plan).iter().all(|v| *v >= -EDGE);
+        let inside = |t: &&FaceTriangle| t.up > 0.0 && barycentric(p, t.plan).iter().all(|v| *v >= -EDGE);
         self.pieces.iter().filter(inside).map(|t| self.shape_functions(t, p).z).max_by(f64::total_cmp)
     }
 
@@ -233,7 +233,7 @@ impl Faces {
 
     /// Returns whether all faces in the rectangle are flat ones, of first order: the surface is a polyhedron there.
     pub fn are_flat(&self, half: [f64; 2]) -> bool {
-        let flat = |p: &Piece| self.faces[p.face].kind.nodes() == self.faces[p.face].kind.corners();
+        let flat = |p: &FaceTriangle| self.faces[p.face].kind.nodes() == self.faces[p.face].kind.corners();
         self.pieces.iter().filter(|p| p.reaches(half)).all(flat)
     }
 
@@ -276,7 +276,7 @@ impl Faces {
     }
 }
 
-impl Piece {
+impl FaceTriangle {
     fn reaches(&self, half: [f64; 2]) -> bool {
         (0..2).all(|c| {
             let at = || self.plan.iter().map(|p| p[c]);

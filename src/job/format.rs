@@ -58,14 +58,14 @@ pub(super) struct Change {
 
 /// A job format: its number, and what has changed up to it.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Format {
+pub(super) struct JobFormat {
     pub number: u32,
     pub changes: &'static [Change],
 }
 
-impl Format {
+impl JobFormat {
     /// The one of this program.
-    pub const PRESENT: Format = Format { number: FORMAT, changes: CHANGES };
+    pub const PRESENT: JobFormat = JobFormat { number: FORMAT, changes: CHANGES };
 
     /// A fault if the job is written for a later format, whose keys this program cannot know.
     pub fn later(&self, job: &Value) -> Option<String> {
@@ -137,7 +137,7 @@ mod tests {
     const SQUEAL: &[u8] = include_bytes!("../../jobs/squeal.json");
 
     /// A program of format 3 in which defaults have changed twice.
-    const THIRD: Format = Format {
+    const THIRD: JobFormat = JobFormat {
         number: 3,
         changes: &[
             Change { since: 2, key: "analyses.transient.theta", before: "0.6", now: "0.51" },
@@ -148,7 +148,7 @@ mod tests {
         ],
     };
 
-    fn read(sets: &[&str], format: &Format) -> crate::Result<Job> {
+    fn read(sets: &[&str], format: &JobFormat) -> crate::Result<Job> {
         let mut job: Value = serde_json::from_slice(SQUEAL).unwrap();
         job["version"] = json!(format.number);
         let job = job.to_string();
@@ -180,13 +180,13 @@ mod tests {
 
     #[test]
     fn a_job_of_the_present_format_is_told_nothing_and_a_later_one_is_refused() {
-        assert!(read(&[], &Format::PRESENT).unwrap().changed_defaults.is_empty());
-        assert_eq!(read(&[], &Format::PRESENT).unwrap().version, FORMAT);
+        assert!(read(&[], &JobFormat::PRESENT).unwrap().changed_defaults.is_empty());
+        assert_eq!(read(&[], &JobFormat::PRESENT).unwrap().version, FORMAT);
         let resolved = read(&[], &THIRD).unwrap().to_json();
         let told = |number: u32| THIRD.changed(&json!({ "version": number }), &resolved).len();
         assert_eq!([1, 2, 3].map(told), [5, 3, 0], "those of formats 2 and 3, of format 3, none");
         let present = format!("expected 1 to {FORMAT}:");
-        for (format, known) in [(THIRD, "expected 1 to 3:"), (Format::PRESENT, &present[..])] {
+        for (format, known) in [(THIRD, "expected 1 to 3:"), (JobFormat::PRESENT, &present[..])] {
             // Its keys may be unknown here; that is not what is wrong.
             let later = json!({ "version": FORMAT + 1, "key_of_the_future": 1 }).to_string();
             let error = Job::of_format(later.as_bytes(), Path::new("job.json"), &[], None, &format).unwrap_err();

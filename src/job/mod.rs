@@ -39,7 +39,7 @@ pub use transient::*;
 pub(crate) use validate::MOST_NODES;
 
 use crate::{Error, Result};
-use format::Format;
+use format::JobFormat;
 use std::io::Read;
 use std::path::Path;
 
@@ -81,10 +81,10 @@ impl Job {
     /// # Ok::<(), railsqueal::Error>(())
     /// ```
     pub fn from_bytes(bytes: &[u8], path: &Path, sets: &[String], only: Option<&str>) -> Result<Job> {
-        Self::of_format(bytes, path, sets, only, &Format::PRESENT)
+        Self::of_format(bytes, path, sets, only, &JobFormat::PRESENT)
     }
 
-    fn of_format(bytes: &[u8], path: &Path, sets: &[String], only: Option<&str>, format: &Format) -> Result<Job> {
+    fn of_format(bytes: &[u8], path: &Path, sets: &[String], only: Option<&str>, format: &JobFormat) -> Result<Job> {
         let name = path.display().to_string();
         let checker = schema::Checker::default();
         let mut value = parse::parse(bytes, &name)?;

@@ -1,11 +1,11 @@
 //! Geometry of cells: Jacobians, volume.
 
 use super::kind::CellKind;
-use super::reference::Shape;
+use super::reference::ShapeFunctions;
 
 /// Jacobian ∂x_i/∂ξ_j, m, `[3][3]`, of the cell with nodes at `x` (m, `[nodes][3]`) where its shape functions are
 /// `shape`.
-pub fn jacobian(x: &[[f64; 3]], shape: &Shape) -> [[f64; 3]; 3] {
+pub fn jacobian(x: &[[f64; 3]], shape: &ShapeFunctions) -> [[f64; 3]; 3] {
     let mut j = [[0.0; 3]; 3];
     for (xa, ga) in x.iter().zip(&shape.gradients) {
         for (i, row) in j.iter_mut().enumerate() {

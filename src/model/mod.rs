@@ -25,7 +25,7 @@ pub use measured::{measure, shifts};
 pub use pair::{combined_compliance, CoupledModel, ModeFactors};
 pub use placed::PlacedModel;
 pub use receptance::receptance;
-pub use rotating::{travelling, turning, waves, Dynamics, RailMode};
+pub use rotating::{travelling, turning, waves, ModalDynamics, RotatingWave};
 
 /// Two bodies and the interface between them.
 #[derive(Debug, Clone)]
@@ -204,7 +204,7 @@ pub struct SharedModel {
 
 /// Equations of motion of the lower and the upper body of the last job, each with what they were made of: the body of
 /// the job and its angular velocity, rad/s.
-type LastDynamics = [Option<(Option<job::Body>, f64, Dynamics)>; 2];
+type LastDynamics = [Option<(Option<job::Body>, f64, ModalDynamics)>; 2];
 
 impl SharedModel {
     /// Collective: the model of rank 0 on every rank.
@@ -237,13 +237,13 @@ impl SharedModel {
     }
 
     /// Equations of motion of the modes with the damping and the rotation of `job`.
-    pub fn dynamics(&self, job: &Job) -> Result<Dynamics> {
+    pub fn dynamics(&self, job: &Job) -> Result<ModalDynamics> {
         let (lower, upper) = self.pair.omega.split_at(self.pair.lower_modes);
         let [lower, upper] = [(Side::Lower, lower), (Side::Upper, upper)].map(|(side, omega)| {
             let k = side.index();
             dynamics_of(job, side, (omega, &self.pair.names[k]), (&self.own[k], self.rotation[k].as_ref()))
         });
-        Ok(Dynamics::joined(&lower?, &upper?))
+        Ok(ModalDynamics::joined(&lower?, &upper?))
     }
 
     /// Both bodies with the damping and the rotation of `job`. Where a state of rest does not see W it stays that of
@@ -278,7 +278,7 @@ fn adapt(
     let [Some((.., lower)), Some((.., upper))] = &*last else {
         return Err(Error::Defect("a body without equations of motion".into()));
     };
-    let joined = Dynamics::joined(lower, upper);
+    let joined = ModalDynamics::joined(lower, upper);
     let changed = rotation.iter().any(Option::is_some) && joined.stiffness != pair.stiffness;
     (pair.stiffness, pair.damping, pair.turning) = (joined.stiffness, joined.damping, joined.turning);
     Ok(changed)
@@ -291,9 +291,9 @@ fn dynamics_of(
     side: Side,
     modes: (&[f64], &[ModeLabel]),
     (own, rotation): (&IntrinsicDamping, Option<&ModalRotation>),
-) -> Result<Dynamics> {
+) -> Result<ModalDynamics> {
     let damping = damping_of(job, side, modes, own)?;
-    Ok(Dynamics::new(modes.0, damping, rotation.map(|r| (r, job.angular_velocity(side.name())))))
+    Ok(ModalDynamics::new(modes.0, damping, rotation.map(|r| (r, job.angular_velocity(side.name())))))
 }
 
 /// Collective: the interface of rank 0 on every rank.

@@ -9,7 +9,7 @@ use num_complex::Complex;
 
 /// The equations of motion of the modes of a body.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Dynamics {
+pub struct ModalDynamics {
     /// Modal stiffness, 1/s²: diag(ω²) of a body at rest.
     pub stiffness: ModalMatrix,
     /// Modal damping, 1/s, with the gyroscopic terms of a body that rotates.
@@ -18,7 +18,7 @@ pub struct Dynamics {
     pub turning: Option<RotationTerms>,
 }
 
-impl Dynamics {
+impl ModalDynamics {
     /// Rotation of modes with the angular frequencies `omega` (rad/s) and the damping C of the body at rest, that
     /// rotates with the angular velocity given beside its `rotation`, rad/s.
     pub fn new(omega: &[f64], damping: ModalMatrix, rotation: Option<(&ModalRotation, f64)>) -> Self {
@@ -50,8 +50,8 @@ impl Dynamics {
 /// A body at rest, turning with the angular velocity `speed`, rad/s: its residual compliance stays as it is, its
 /// modes yield as those that rotate do.
 pub fn turning(body: ReducedBody, rotation: &ModalRotation, speed: f64) -> ReducedBody {
-    let Dynamics { stiffness, damping, turning } =
-        Dynamics::new(&body.omega, body.damping.clone(), Some((rotation, speed)));
+    let ModalDynamics { stiffness, damping, turning } =
+        ModalDynamics::new(&body.omega, body.damping.clone(), Some((rotation, speed)));
     let phi = &body.contact_modes;
     let yielding = |stiffness: &ModalMatrix| phi * stiffness.statics(phi.transpose());
     let compliance = &body.compliance + (yielding(&stiffness) - yielding(&body.stiffness));
@@ -60,7 +60,7 @@ pub fn turning(body: ReducedBody, rotation: &ModalRotation, speed: f64) -> Reduc
 
 /// A wave of a body that rotates, as seen from beside it.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct RailMode {
+pub struct RotatingWave {
     /// Frequency, Hz.
     pub frequency: f64,
     /// Nodal diameters; positive where the wave travels with the rotation, negative against it.
@@ -89,10 +89,10 @@ const STILL: [f64; 2] = [1e-6, 0.02];
 /// The waves of an undamped body with the modes `omega` (rad/s; 0 for those of a free body as a whole) that rotates
 /// with the angular velocity `speed`, rad/s; ascending, as many as modes: of those as a whole the precession of the
 /// axis oscillates, the others have the frequency 0. An error where rotation leaves no stiffness.
-pub fn waves(omega: &[f64], rotation: &ModalRotation, speed: f64) -> Result<Vec<RailMode>> {
+pub fn waves(omega: &[f64], rotation: &ModalRotation, speed: f64) -> Result<Vec<RotatingWave>> {
     let m = omega.len();
-    let Dynamics { stiffness, damping: gyroscopic, .. } =
-        Dynamics::new(omega, vec![0.0; m].into(), Some((rotation, speed)));
+    let ModalDynamics { stiffness, damping: gyroscopic, .. } =
+        ModalDynamics::new(omega, vec![0.0; m].into(), Some((rotation, speed)));
     // Velocities in units of the highest frequency.
     let unit = omega.last().copied().unwrap_or(1.0).max(f64::MIN_POSITIVE);
     let companion = Mat::from_fn(2 * m, 2 * m, |i, j| match (i < m, j < m) {
@@ -109,11 +109,11 @@ pub fn waves(omega: &[f64], rotation: &ModalRotation, speed: f64) -> Result<Vec<
     let least = if rigid > 0 { STILL[0].max(STILL[1] * speed.abs() / unit) } else { 0.0 };
     let still = (0..2 * m).filter(|&k| values[k].norm() <= least).count();
     let whole = rigid.min(still / 2);
-    found.resize(whole, RailMode { frequency: 0.0, diameters: 0.0 });
+    found.resize(whole, RotatingWave { frequency: 0.0, diameters: 0.0 });
     for k in (0..2 * m).filter(|&k| values[k].im > 0.0 && values[k].norm() > least) {
         let modal: Vec<Complex<f64>> = (0..m).map(|i| eigen.U()[(i, k)]).collect();
         let frequency = values[k].im * unit / (2.0 * std::f64::consts::PI);
-        found.push(RailMode { frequency, diameters: travelling(rotation, &modal) });
+        found.push(RotatingWave { frequency, diameters: travelling(rotation, &modal) });
     }
     if found.len() != m {
         return Err(failed(format!(
@@ -138,8 +138,8 @@ mod tests {
         let skew = Mat::from_fn(2, 2, |i, j| [[0.0, -n], [n, 0.0]][i][j]);
         let square = Mat::from_fn(2, 2, |i, j| if i == j { -n * n } else { 0.0 });
         let rotation = ModalRotation { gyroscopic: 2.0 * &skew, stiffness: square, derivative: skew };
-        let Dynamics { stiffness: k, damping: d, .. } =
-            Dynamics::new(&[w, w], vec![c; 2].into(), Some((&rotation, speed)));
+        let ModalDynamics { stiffness: k, damping: d, .. } =
+            ModalDynamics::new(&[w, w], vec![c; 2].into(), Some((&rotation, speed)));
         let companion = Mat::from_fn(4, 4, |i, j| match (i < 2, j < 2) {
             (true, true) => 0.0,
             (true, false) => w * f64::from(u8::from(i + 2 == j)),

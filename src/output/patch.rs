@@ -24,7 +24,7 @@ pub struct GridPatch {
 
 /// Points, cells and what goes with them, as they are written.
 #[derive(Debug, Clone)]
-pub(super) struct Block {
+pub(super) struct PatchGrid {
     pub(super) points: Vec<f64>,
     pub(super) connectivity: Vec<i64>,
     pub(super) offsets: Vec<i64>,
@@ -33,7 +33,7 @@ pub(super) struct Block {
     pub(super) body_of_cell: Vec<i8>,
 }
 
-impl Block {
+impl PatchGrid {
     pub(super) fn new() -> Self {
         Self {
             points: Vec::new(),
@@ -138,7 +138,7 @@ mod tests {
     #[test]
     fn patches_look_outward_and_are_mirrored() {
         let both = [patch(false), patch(true)];
-        let mut block = Block::new();
+        let mut block = PatchGrid::new();
         both.iter().for_each(|p| block.add(p));
         assert_eq!((block.counts(), &block.types[..]), ([12, 4, 16], &[9; 4][..]));
         for cell in 0..4 {

@@ -9,7 +9,7 @@ use super::patch::GridPatch;
 use super::segments::{append_to, Segments};
 use super::sequence::SequenceFile;
 use super::table::Table;
-use super::vtkhdf::{skeleton, strong, write_slabs, Piece};
+use super::vtkhdf::{skeleton, strong, write_slabs, GridPiece};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::{Error, Result};
@@ -98,7 +98,7 @@ impl<'w> ResultFile<'w> {
         if self.partial.is_some() {
             return Err(Error::Defect("the fields of a result file are written once".into()));
         }
-        let piece = Piece::new(world, bodies).patched(world, patches);
+        let piece = GridPiece::new(world, bodies).patched(world, patches);
         let (mut slots, mut slabs) = piece.geometry();
         slots.extend(fields.iter().map(|f| piece.slot(&f.spec, 1, false)));
         let mine: Result<Vec<_>> = fields.iter().map(|f| piece.slab(f, 0, false)).collect();

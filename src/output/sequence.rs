@@ -5,7 +5,7 @@ use super::atomic_file::{check_target, Partial};
 use super::checksums::Written;
 use super::fields::{BodyPart, FieldSpec, PointField};
 use super::table::Table;
-use super::vtkhdf::{skeleton, strong, OpenSlabs, Piece, Slab, Slot};
+use super::vtkhdf::{skeleton, strong, GridPiece, OpenSlabs, Slab, Slot};
 use crate::parallel::World;
 use crate::{Error, Result};
 use std::path::Path;
@@ -17,7 +17,7 @@ pub struct SequenceFile<'w> {
     // Before the partial file, which is removed when it is dropped.
     open: OpenSlabs,
     partial: Partial,
-    piece: Piece,
+    piece: GridPiece,
     specs: Vec<FieldSpec>,
     single: bool,
     steps: usize,
@@ -54,7 +54,7 @@ impl<'w> SequenceFile<'w> {
     ) -> Result<Self> {
         let Sequence { fields: specs, values, units, description, tables, summed, single } = sequence;
         check_target(world, path, overwrite)?;
-        let piece = Piece::new(world, bodies);
+        let piece = GridPiece::new(world, bodies);
         let steps = values.len();
         let (mut slots, slabs) = piece.geometry();
         slots.extend(specs.iter().map(|s| piece.slot(s, steps, single)));
@@ -137,7 +137,7 @@ fn add(partial: &Partial, tables: &[Table]) -> Result<()> {
 }
 
 /// The group `/VTKHDF/Steps`: the geometry of all steps is the first one, point data follow one another.
-fn steps_tables(piece: &Piece, specs: &[FieldSpec], values: &[f64], units: &str, description: &str) -> Vec<Table> {
+fn steps_tables(piece: &GridPiece, specs: &[FieldSpec], values: &[f64], units: &str, description: &str) -> Vec<Table> {
     let n = values.len();
     let pieces = piece.pieces() as i64;
     let path = |name: &str| format!("/VTKHDF/Steps/{name}");

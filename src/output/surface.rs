@@ -16,7 +16,7 @@ const GROUPS: &str = "/surface/group";
 
 /// A facet of a surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Face {
+pub struct SurfaceFacet {
     /// Three or four corners, outward, as indices of points.
     pub corners: Vec<u32>,
     /// 1 lower, 2 upper.
@@ -51,7 +51,7 @@ pub struct Surfaces {
     /// Points, m.
     pub points: Vec<[f64; 3]>,
     /// Facets of all bodies.
-    pub faces: Vec<Face>,
+    pub faces: Vec<SurfaceFacet>,
     /// Groups of all bodies.
     pub groups: Vec<Group>,
     /// Nodes of the contact grid as they lie on the surface of each body that has one, the lower one first.
@@ -90,7 +90,7 @@ impl Surfaces {
         let offsets: Vec<i64> = std::iter::once(0).chain(ends).collect();
         // VTK's triangle and quadrilateral.
         let types: Vec<u8> = self.faces.iter().map(|f| if f.corners.len() == 3 { 5 } else { 9 }).collect();
-        let of_faces = |value: fn(&Face) -> i32| self.faces.iter().map(value).collect::<Vec<i32>>();
+        let of_faces = |value: fn(&SurfaceFacet) -> i32| self.faces.iter().map(value).collect::<Vec<i32>>();
         let count = |what: usize| vec![what as i64];
         let places: Vec<f64> = self.contact.iter().flat_map(|c| c.place).collect();
         let text = |of: fn(&Group) -> &str| self.groups.iter().map(|g| of(g).to_owned()).collect::<Vec<String>>();

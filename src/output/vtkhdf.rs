@@ -6,7 +6,7 @@
 
 use super::atomic_file::Partial;
 use super::fields::{BodyPart, FieldKind, FieldSpec, PointField};
-use super::patch::{self, Block, GridPatch};
+use super::patch::{self, GridPatch, PatchGrid};
 use super::table::{describe, parent, Table};
 use super::values::{Layout, Values};
 use crate::parallel::World;
@@ -48,8 +48,8 @@ pub(super) struct Slab {
 }
 
 /// This rank's piece of the grid: its own cells of all bodies and the points they use, in the frame of the contact.
-pub(super) struct Piece {
-    block: Block,
+pub(super) struct GridPiece {
+    block: PatchGrid,
     /// For each body, the local nodes that are points of the piece, in order.
     nodes: Vec<Vec<u32>>,
     local_nodes: Vec<usize>,
@@ -58,19 +58,19 @@ pub(super) struct Piece {
     /// Points, cells and connectivity entries of each rank's piece, and of that of the contact grid.
     counts: Vec<[i64; 3]>,
     /// The piece of the contact grid, on rank 0.
-    patch: Option<Block>,
+    patch: Option<PatchGrid>,
 }
 
-/// Indices into [`Piece::counts`].
+/// Indices into [`GridPiece::counts`].
 const POINTS: usize = 0;
 const CELLS: usize = 1;
 const ENTRIES: usize = 2;
 
-impl Piece {
+impl GridPiece {
     /// Collective: makes the pieces of `bodies`.
     pub(super) fn new(world: &World, bodies: &[BodyPart]) -> Self {
         let mut piece = Self {
-            block: Block::new(),
+            block: PatchGrid::new(),
             nodes: Vec::new(),
             local_nodes: Vec::new(),
             upper: Vec::new(),
@@ -86,7 +86,7 @@ impl Piece {
 
     /// Collective: with the `patches` that rank 0 has as one more piece, the last one; without any as it is.
     pub(super) fn patched(mut self, world: &World, patches: &[GridPatch]) -> Self {
-        let mut block = Block::new();
+        let mut block = PatchGrid::new();
         if world.is_root() {
             patches.iter().for_each(|patch| block.add(patch));
         }
@@ -172,7 +172,7 @@ impl Piece {
     }
 
     /// The rows of a block in these slots, which is the piece `piece`.
-    fn geometry_slabs(&self, block: &Block, piece: usize) -> Vec<Slab> {
+    fn geometry_slabs(&self, block: &PatchGrid, piece: usize) -> Vec<Slab> {
         let [p, c, e] = [POINTS, CELLS, ENTRIES].map(|what| self.before(piece, what));
         let rank = vec![self.rank; block.body_of_cell.len()];
         let all: [(&str, usize, Values); 7] = [

@@ -22,7 +22,7 @@ use std::ptr;
 pub(crate) type Solve<'a> = dyn FnMut(&mut [f64]) -> Result<()> + 'a;
 
 /// Parameters of the solve.
-pub(crate) struct Wanted<'a> {
+pub(crate) struct EpsSettings<'a> {
     /// Shift σ of the inverse; the eigenvalues nearest to it are sought.
     pub sigma: f64,
     /// Eigenvectors that are known and not sought, local rows one after the other, orthonormal in M.
@@ -96,7 +96,7 @@ pub(crate) fn pairs(
     petsc: &Petsc,
     inverse: &mut Solve,
     mass: &Operator,
-    wanted: &Wanted,
+    wanted: &EpsSettings,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Pairs> {
     let matrix = mass.matrix();
@@ -111,7 +111,7 @@ pub(crate) fn pairs(
     Ok(Pairs { solves, ..solved? })
 }
 
-fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &Wanted) -> Result<Pairs> {
+fn solve(petsc: &Petsc, shell: &Shell, n: usize, order: u64, options: &EpsSettings) -> Result<Pairs> {
     let comm = petsc.world().comm.as_raw();
     // SAFETY: the shell outlives this function, and nothing here touches it while the solver runs.
     let mass = unsafe { shell.matrix((petsc, Span::World), 1, n, order)? };

@@ -45,7 +45,7 @@ pub struct TwoSidedOptions<'a> {
 
 /// Vectors to begin with; SLEPc's random ones where there are none.
 #[derive(Debug, Clone, Copy, Default)]
-pub struct Start<'a> {
+pub struct StartVectors<'a> {
     /// Eigenvalue that goes with them.
     pub value: C,
     /// Local rows of x.
@@ -154,7 +154,7 @@ impl ShellOperator for Companion<'_> {
 pub fn two_sided(
     petsc: &Petsc,
     operator: &mut dyn ShellOperator,
-    start: Start,
+    start: StartVectors,
     options: &TwoSidedOptions,
 ) -> Result<TwoSidedPair> {
     let n = operator.n_local();

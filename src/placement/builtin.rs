@@ -1,6 +1,6 @@
 //! Built-in profiles: the wheel S1002 and the heads of rails.
 
-use super::profile::{Piece, Profile};
+use super::profile::{ProfilePiece, RunningProfile};
 use crate::rails::{Rail, R60E1};
 use crate::Result;
 
@@ -14,12 +14,12 @@ use crate::Result;
 /// assert!(profile.contains(0.0) && profile.local(0.0).z.abs() < 1e-6);
 /// # Ok::<(), railsqueal::Error>(())
 /// ```
-pub fn s1002() -> Result<Profile> {
+pub fn s1002() -> Result<RunningProfile> {
     // Section H, G, F, D are arcs of circles: centre and radius, positive below the centre; E, C, B, A polynomials.
-    let arc = |y: f64, z: f64, radius: f64| Piece::Arc { centre: [1e-3 * y, 1e-3 * z], radius: 1e-3 * radius };
+    let arc = |y: f64, z: f64, radius: f64| ProfilePiece::Arc { centre: [1e-3 * y, 1e-3 * z], radius: 1e-3 * radius };
     let polynomial = |c: &[f64]| {
         let coefficients = c.iter().enumerate().map(|(k, c)| c * 1e-3 * 1e3_f64.powi(k as i32)).collect();
-        Piece::Polynomial { at: 0.0, coefficients }
+        ProfilePiece::Polynomial { at: 0.0, coefficients }
     };
     let breaks = [-69.75, -62.764705882, -49.662510381, -39.764473993, -38.426669071, -35.0, -26.0, 32.15796, 60.0];
     let pieces = vec![
@@ -51,32 +51,32 @@ pub fn s1002() -> Result<Profile> {
         ]),
         polynomial(&[1.364323640, -0.066666667]),
     ];
-    Profile::new("S1002", breaks.map(|b| 1e-3 * b).to_vec(), pieces)
+    RunningProfile::new("S1002", breaks.map(|b| 1e-3 * b).to_vec(), pieces)
 }
 
 /// The head of the rail 60E1 of EN 13674-1, upright: arcs of 300, 80 and 13 mm that meet tangentially 20.456 mm and
 /// 52.053 mm apart, sides of 1:20 (72 mm apart where they begin, 14.3 mm down); origin on the crown.
-/// [`Profile::turned`] cants it.
-pub fn rail_60e1() -> Result<Profile> {
+/// [`RunningProfile::turned`] cants it.
+pub fn rail_60e1() -> Result<RunningProfile> {
     rail(&R60E1)
 }
 
 /// The head of a built-in rail, upright, with the origin on the crown.
-pub fn rail(rail: &Rail) -> Result<Profile> {
+pub fn rail(rail: &Rail) -> Result<RunningProfile> {
     let widths: Vec<f64> = rail.head.ends.iter().map(|end| 2.0 * end).collect();
     rail_head(rail.name, rail.head.radii, &widths, rail.head.side)
 }
 
 /// The head of the rail UIC 60 of the Manchester benchmark, upright: as [`rail_60e1`], but for the places at which
 /// its arcs meet.
-pub fn uic60() -> Result<Profile> {
+pub fn uic60() -> Result<RunningProfile> {
     rail_head("UIC60", &[300e-3, 80e-3, 13e-3], &[21e-3, 51.976e-3], 20.0)
 }
 
 /// A symmetric rail head of arcs that meet tangentially: radii from the crown outwards, m; the widths at which they
 /// meet, m; and straight
 /// sides that fall by `side` for each unit of width, down to 30 mm below the crown.
-pub fn rail_head(name: &str, radii: &[f64], widths: &[f64], side: f64) -> Result<Profile> {
+pub fn rail_head(name: &str, radii: &[f64], widths: &[f64], side: f64) -> Result<RunningProfile> {
     let mut centre = [0.0, radii[0]];
     let mut half = Vec::new();
     for (pair, width) in radii.windows(2).zip(widths) {
@@ -92,13 +92,14 @@ pub fn rail_head(name: &str, radii: &[f64], widths: &[f64], side: f64) -> Result
     let foot = [end[0] + (30e-3 - end[1]) / side, 30e-3];
     let outer: Vec<f64> = widths.iter().map(|width| 0.5 * width).chain([end[0], foot[0]]).collect();
     let breaks = outer.iter().rev().map(|y| -y).chain(outer.iter().copied()).collect();
-    let arc = |sign: f64| move |&(c, r): &([f64; 2], f64)| Piece::Arc { centre: [sign * c[0], c[1]], radius: -r };
+    let arc =
+        |sign: f64| move |&(c, r): &([f64; 2], f64)| ProfilePiece::Arc { centre: [sign * c[0], c[1]], radius: -r };
     let mirror = |p: [f64; 2]| [-p[0], p[1]];
-    let mut pieces = vec![Piece::line(mirror(foot), mirror(end))];
+    let mut pieces = vec![ProfilePiece::line(mirror(foot), mirror(end))];
     pieces.extend(half[1..].iter().rev().map(arc(-1.0)));
     pieces.extend(half.iter().map(arc(1.0)));
-    pieces.push(Piece::line(end, foot));
-    Profile::new(name, breaks, pieces)
+    pieces.push(ProfilePiece::line(end, foot));
+    RunningProfile::new(name, breaks, pieces)
 }
 
 #[cfg(test)]
@@ -106,7 +107,7 @@ mod tests {
     use super::*;
 
     /// Largest jumps of height and slope at the breaks.
-    fn jumps(profile: &Profile) -> [f64; 2] {
+    fn jumps(profile: &RunningProfile) -> [f64; 2] {
         let breaks = profile.breaks();
         breaks[1..breaks.len() - 1].iter().fold([0.0_f64; 2], |worst, &y| {
             let (a, b) = (profile.local(y - 1e-12), profile.local(y + 1e-12));

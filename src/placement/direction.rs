@@ -1,7 +1,7 @@
 //! Directions of a profile in its file: z is to point down, the flange of a wheel and the gauge side of a rail are to
 //! be at negative y.
 
-use super::formats::Point;
+use super::formats::ProfileFilePoint;
 use super::read::{median, width, ProfileKind, Vertical};
 use crate::{Error, Result};
 
@@ -53,14 +53,15 @@ impl ProfileDirections {
 
 /// How high a point stands out of the level part of a profile, m, positive downwards, and that point: the tip of a
 /// flange, the root of one, or the side of a rail's head. `None` where nothing shows which way the profile lies.
-fn landmark(points: &[Point], kind: ProfileKind) -> Option<(f64, Point)> {
+fn landmark(points: &[ProfileFilePoint], kind: ProfileKind) -> Option<(f64, ProfileFilePoint)> {
     // The tread and the tip of the flange, or the head of the rail.
-    let level: Vec<Point> =
+    let level: Vec<ProfileFilePoint> =
         points.windows(2).filter(|w| (w[1].z - w[0].z).abs() < 0.5 * (w[1].y - w[0].y).abs()).map(|w| w[0]).collect();
     let middle = median(level.iter().map(|p| p.z).collect());
-    let height = |p: &Point| p.z - middle;
-    let highest = |all: &[Point]| all.iter().copied().max_by(|a, b| height(a).abs().total_cmp(&height(b).abs()));
-    let found = |p: Point| Some((height(&p), p));
+    let height = |p: &ProfileFilePoint| p.z - middle;
+    let highest =
+        |all: &[ProfileFilePoint]| all.iter().copied().max_by(|a, b| height(a).abs().total_cmp(&height(b).abs()));
+    let found = |p: ProfileFilePoint| Some((height(&p), p));
     match kind {
         ProfileKind::Wheel => {
             if let Some(tip) = highest(&level).filter(|p| height(p).abs() > FLANGE) {
@@ -86,7 +87,7 @@ fn landmark(points: &[Point], kind: ProfileKind) -> Option<(f64, Point)> {
 /// A direction that neither the job says nor the profile shows, or on which both disagree.
 pub(super) fn orient(
     name: &str,
-    points: &mut [Point],
+    points: &mut [ProfileFilePoint],
     (kind, z, asked): (ProfileKind, Option<Vertical>, bool),
     notes: &mut Vec<String>,
 ) -> Result<ProfileDirections> {

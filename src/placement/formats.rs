@@ -1,12 +1,12 @@
 //! The formats of profile files: two columns of text, Miniprof, SIMPACK.
 
-use crate::input::table::{Pair, Table};
+use crate::input::table::{ColumnPair, NumberTable};
 use crate::input::text;
 use crate::{Error, Result};
 
 /// A point of a file: its line, y and z in the unit of the file.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Point {
+pub(super) struct ProfileFilePoint {
     pub line: usize,
     pub y: f64,
     pub z: f64,
@@ -14,9 +14,9 @@ pub(super) struct Point {
 
 /// Contents of a file.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Raw {
+pub(super) struct RawProfile {
     /// Points in the order of the file.
-    pub points: Vec<Point>,
+    pub points: Vec<ProfileFilePoint>,
     /// Length unit in m, where the file itself says it.
     pub unit: Option<f64>,
     /// True if the file names that unit column by column, so that no other can be meant.
@@ -31,29 +31,29 @@ pub(super) struct Raw {
 
 /// A format, chosen by the end of the file's name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Format {
+pub(super) enum ProfileFormat {
     Text,
     Miniprof,
     Simpack,
 }
 
-impl Format {
+impl ProfileFormat {
     /// The format of a file of this name.
     pub fn from_name(name: &str) -> Self {
         let end = name.rsplit('.').next().unwrap_or_default().to_ascii_lowercase();
         match end.as_str() {
-            "whl" | "ban" => Format::Miniprof,
-            "prw" | "prr" => Format::Simpack,
-            _ => Format::Text,
+            "whl" | "ban" => ProfileFormat::Miniprof,
+            "prw" | "prr" => ProfileFormat::Simpack,
+            _ => ProfileFormat::Text,
         }
     }
 
     /// Reads the text of a file; `name` is for messages.
-    pub fn parse(self, name: &str, text: &str) -> Result<Raw> {
+    pub fn parse(self, name: &str, text: &str) -> Result<RawProfile> {
         match self {
-            Format::Text => columns(name, text),
-            Format::Miniprof => miniprof(name, text),
-            Format::Simpack => simpack(name, text),
+            ProfileFormat::Text => columns(name, text),
+            ProfileFormat::Miniprof => miniprof(name, text),
+            ProfileFormat::Simpack => simpack(name, text),
         }
     }
 }
@@ -63,7 +63,7 @@ fn bad_line(name: &str, line: usize, found: &str, expected: &str) -> Error {
 }
 
 /// Columns of a profile, whose names are those of the axes across and down: y and z, in files of Miniprof x and y.
-const COLUMNS: Pair = Pair {
+const COLUMNS: ColumnPair = ColumnPair {
     names: &[[&["y"], &["z"]], [&["x"], &["y"]], [&["x"], &["z"]]],
     expected:
         "two columns, y across and z up or down, under the headings y and z (or x and y, x and z) if there are any",
@@ -71,14 +71,15 @@ const COLUMNS: Pair = Pair {
 };
 
 /// Points of a table with the columns y and z at `place`.
-fn points_of(table: &Table, place: [usize; 2]) -> Vec<Point> {
-    let point = |i: usize| Point { line: table.line(i), y: table.row(i)[place[0]], z: table.row(i)[place[1]] };
+fn points_of(table: &NumberTable, place: [usize; 2]) -> Vec<ProfileFilePoint> {
+    let point =
+        |i: usize| ProfileFilePoint { line: table.line(i), y: table.row(i)[place[0]], z: table.row(i)[place[1]] };
     (0..table.rows()).map(point).collect()
 }
 
 /// A table of text with y and z in two columns, by its headings if it has any.
-fn columns(name: &str, text: &str) -> Result<Raw> {
-    let table = Table::parse(name, text)?;
+fn columns(name: &str, text: &str) -> Result<RawProfile> {
+    let table = NumberTable::parse(name, text)?;
     let pair = table.pair(&COLUMNS)?;
     let unit = match pair.each_ref().map(|c| c.unit) {
         [Some(y), Some(z)] if y != z => {
@@ -88,7 +89,7 @@ fn columns(name: &str, text: &str) -> Result<Raw> {
         }
         [y, z] => y.or(z),
     };
-    Ok(Raw {
+    Ok(RawProfile {
         points: points_of(&table, [pair[0].at, pair[1].at]),
         unit,
         stated: unit.is_some(),
@@ -103,7 +104,7 @@ const MINIPROF: [&str; 5] = ["X", "Y", "A", "C", "N"];
 
 /// Miniprof (Greenwood Engineering): a header of `key=value` lines, or an old one with MINI…PROF in its first lines
 /// that a blank line ends; then the points, in mm. `ColumnDef` names the columns; a double quote begins a comment.
-fn miniprof(name: &str, text: &str) -> Result<Raw> {
+fn miniprof(name: &str, text: &str) -> Result<RawProfile> {
     let mut rows = Vec::new();
     let old = text::lines(text).take(3).any(|(_, l)| l.contains("MINIPROF") || l.contains("MINIWHEELPROF"));
     let mut body = !old;
@@ -147,14 +148,14 @@ fn miniprof(name: &str, text: &str) -> Result<Raw> {
              plain columns otherwise than .whl or .ban"
         )));
     }
-    let table = Table::of_lines(name, rows.into_iter())?;
+    let table = NumberTable::of_lines(name, rows.into_iter())?;
     let find = |c: &str| names.iter().position(|n| n == c).unwrap_or(usize::MAX);
     let place = ["X", "Y"].map(find);
     if table.width() > names.len() || place.iter().any(|&p| p >= table.width()) {
         let found = format!("{} numbers", table.width());
         return Err(table.fault(0, found, format!("the columns {} (ColumnDef)", names.join(","))));
     }
-    Ok(Raw {
+    Ok(RawProfile {
         points: points_of(&table, place),
         unit: Some(1e-3),
         stated: false,
@@ -204,7 +205,7 @@ impl Changes {
 /// SIMPACK .prw and .prr: sections `header`, `spline` and in it `point`, between `.begin` and `.end`; keys change the
 /// points in the order of their numbers in the file's own comments: thinned, shifted, turned, cut, mirrored,
 /// inverted, scaled. An exclamation mark begins a comment.
-fn simpack(name: &str, text: &str) -> Result<Raw> {
+fn simpack(name: &str, text: &str) -> Result<RawProfile> {
     let mut changes = Changes {
         distance: 0.0,
         shift: [0.0; 2],
@@ -248,7 +249,7 @@ fn simpack(name: &str, text: &str) -> Result<Raw> {
     if rows.is_empty() {
         return Err(Error::Input(format!("{name}: found no points, expected them between point.begin and point.end")));
     }
-    let table = Table::of_lines(name, rows.into_iter())?;
+    let table = NumberTable::of_lines(name, rows.into_iter())?;
     let source = match table.width() {
         2 => format!("SIMPACK, {}", table.layout()),
         3 => format!("SIMPACK, columns 1 and 2 of 3 (weights are not used), {}", table.layout()),
@@ -259,7 +260,7 @@ fn simpack(name: &str, text: &str) -> Result<Raw> {
     apply(name, points_of(&table, [0, 1]), &changes, source)
 }
 
-fn apply(name: &str, mut points: Vec<Point>, c: &Changes, source: String) -> Result<Raw> {
+fn apply(name: &str, mut points: Vec<ProfileFilePoint>, c: &Changes, source: String) -> Result<RawProfile> {
     if !(c.length > 0.0 && c.angle > 0.0) {
         return Err(Error::Input(format!(
             "{name}: found the unit factors {} for lengths and {} for angles, expected numbers above zero (1000 \
@@ -269,7 +270,7 @@ fn apply(name: &str, mut points: Vec<Point>, c: &Changes, source: String) -> Res
     }
     let mut notes = Vec::new();
     if c.distance > 0.0 {
-        points = points.into_iter().fold(Vec::new(), |mut kept: Vec<Point>, p| {
+        points = points.into_iter().fold(Vec::new(), |mut kept: Vec<ProfileFilePoint>, p| {
             if kept.last().is_none_or(|last| (p.y - last.y).abs() > c.distance) {
                 kept.push(p);
             }
@@ -300,5 +301,5 @@ fn apply(name: &str, mut points: Vec<Point>, c: &Changes, source: String) -> Res
             c.smooth
         ));
     }
-    Ok(Raw { points, unit: Some(1.0 / c.length), stated: false, down: true, source, notes })
+    Ok(RawProfile { points, unit: Some(1.0 / c.length), stated: false, down: true, source, notes })
 }

@@ -1,7 +1,7 @@
 //! The tilted frame of a contact and the creepages in it.
 
-use super::pose::{along, dot, Vector, Wheel};
-use super::TrackSide;
+use super::pose::{along, dot, Vector, WheelPose};
+use super::RailSide;
 use crate::{Error, Result};
 
 /// The frame of a contact as the program has it: x backwards along the track, y to the right along the tangent of the
@@ -9,7 +9,7 @@ use crate::{Error, Result};
 /// are seen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
-    pub(super) side: TrackSide,
+    pub(super) side: RailSide,
     /// Origin on the rail.
     pub(super) origin: Vector,
     /// Slope angle dz/dy of the rail.
@@ -65,7 +65,7 @@ impl Frame {
 
 /// How a wheel rolls.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Motion {
+pub struct RollingMotion {
     /// Speed along the track, m/s, above zero.
     pub speed: f64,
     /// Curvature of the track 1/R, 1/m: positive where it turns to the right.
@@ -81,7 +81,7 @@ pub struct Motion {
     pub spin: Option<f64>,
 }
 
-impl Motion {
+impl RollingMotion {
     /// A wheel that would roll freely on its running circle, at a speed, m/s.
     pub fn free_rolling(speed: f64) -> Self {
         Self { speed, curvature: 0.0, angular_speed: None, longitudinal: None, lateral: None, spin: None }
@@ -103,7 +103,7 @@ pub struct Creepages {
 
 /// The creepages of a wheel in a frame. The wheel's point is that above the origin of the frame, of the undeformed
 /// wheel.
-pub(super) fn creepages(wheel: &Wheel, frame: &Frame, motion: &Motion) -> Result<Creepages> {
+pub(super) fn creepages(wheel: &WheelPose, frame: &Frame, motion: &RollingMotion) -> Result<Creepages> {
     let turning = motion.angular_speed.unwrap_or(motion.speed / wheel.radius);
     for (what, unit, value) in [("speed", "m/s", motion.speed), ("angular speed of the wheel", "rad/s", turning)] {
         if !(value > 0.0 && value.is_finite()) {

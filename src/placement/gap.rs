@@ -2,8 +2,8 @@
 
 use super::frame::Frame;
 use super::pose::{along, Vector};
-use super::profile::Profile;
-use super::touch::Pair;
+use super::profile::RunningProfile;
+use super::touch::WheelOverRail;
 use crate::{Error, Result};
 
 /// Half the extent of a grid over that of the ellipse it is for.
@@ -113,7 +113,7 @@ const APART: f64 = 0.01;
 
 /// Distance of the rail from the tangent plane at `start`, along `direction`, m, and the y of the track at which it
 /// was met.
-fn meet_rail(rail: &Profile, start: Vector, direction: Vector) -> Option<(f64, f64)> {
+fn meet_rail(rail: &RunningProfile, start: Vector, direction: Vector) -> Option<(f64, f64)> {
     let mut t = 0.0;
     for _ in 0..60 {
         let p = along(start, t, direction);
@@ -130,7 +130,7 @@ fn meet_rail(rail: &Profile, start: Vector, direction: Vector) -> Option<(f64, f
 /// The gap on the lines x and y of a grid (program's frame, m) at first touch. Within `bounds` the wheel's profile
 /// belongs to this contact;
 /// beyond them it is open.
-pub(super) fn gap(pair: &Pair, frame: &Frame, [x, y]: [&[f64]; 2], bounds: Option<[f64; 2]>) -> Result<Gap> {
+pub(super) fn gap(pair: &WheelOverRail, frame: &Frame, [x, y]: [&[f64]; 2], bounds: Option<[f64; 2]>) -> Result<Gap> {
     let normal = frame.normal();
     let mut found =
         Gap { x: x.to_vec(), y: y.to_vec(), gap: Vec::with_capacity(x.len() * y.len()), beyond: Vec::new() };

@@ -1,8 +1,8 @@
 //! A wheel on a rail: profiles, where they touch, and what contact mechanics needs to know of it. Geometry alone: no
 //! bodies, no loads but Hertz'.
 //!
-//! From a wheel's and a rail's [`Profile`] and a [`Placement`] follows a [`Placed`] wheel at first touch. It gives
-//! the point of contact ([`Touch`]) and others that are near, the curvatures and Hertz' [`Ellipse`], the tilted
+//! From a wheel's and a rail's [`RunningProfile`] and a [`WheelPlacement`] follows a [`PlacedWheel`] at first touch. It
+//! gives the point of contact ([`Touch`]) and others that are near, the curvatures and Hertz' [`Ellipse`], the tilted
 //! [`Frame`], the [`Creepages`] and the undeformed [`Gap`] on a grid.
 //!
 //! # Profiles
@@ -29,8 +29,8 @@
 //!   −φ and (−Fx, Fs).
 //! - A right-hand wheel has its field side at +y, its flange at −y; a left-hand wheel has its flange at +y.
 //! - The wheel's body in lower form is its image z → −z, its rim below the plane. Its axle is (axle_x, axle_y,
-//!   −axle_z) of [`Placed::axle`], which is (ψ about, cos χ, −sin χ) with χ = δ − roll, through (y, z) = (−r sin χ,
-//!   −r cos χ) with the rolling radius r; the angular velocity ω > 0 about it carries the material at the contact
+//!   −axle_z) of [`PlacedWheel::axle`], which is (ψ about, cos χ, −sin χ) with χ = δ − roll, through (y, z) = (−r sin
+//!   χ, −r cos χ) with the rolling radius r; the angular velocity ω > 0 about it carries the material at the contact
 //!   towards +x.
 //! - Of a wheel's section with r outwards and Y to the field side, both measured from the point of contact, the point
 //!   (r, Y) is at the lower-form (y, z) = (s Y cos χ + r sin χ, r cos χ − s Y sin χ), s = +1 on the right and −1 on
@@ -54,14 +54,14 @@ pub(crate) mod spline;
 mod touch;
 
 use crate::{Error, Result};
-pub use frame::{Creepages, Frame, Motion};
+pub use frame::{Creepages, Frame, RollingMotion};
 pub use gap::{finer_grid_lines, fitted_grid_lines, grid_lines, rough_grid_lines, Gap};
 pub use hertz::{Ellipse, Press};
 pub use places::{ContactPlace, MovableWheel};
-use pose::Wheel;
-pub use profile::Profile;
+use pose::WheelPose;
+pub use profile::RunningProfile;
 use profile::UPRIGHT;
-use touch::{Close, Pair};
+use touch::{Close, WheelOverRail};
 
 /// Largest roll that a point of contact given directly may need, rad.
 const MAX_ROLL: f64 = 0.1;
@@ -74,19 +74,19 @@ const MAX_OVERLAP: f64 = 1e-7;
 
 /// The side of the track, seen in the direction of travel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum TrackSide {
+pub enum RailSide {
     /// The left-hand wheel and rail.
     Left,
     /// The right-hand wheel and rail.
     Right,
 }
 
-impl TrackSide {
+impl RailSide {
     /// +1 for the right-hand side, −1 for the left-hand one.
     pub fn sign(self) -> f64 {
         match self {
-            TrackSide::Left => -1.0,
-            TrackSide::Right => 1.0,
+            RailSide::Left => -1.0,
+            RailSide::Right => 1.0,
         }
     }
 }
@@ -119,10 +119,10 @@ pub enum Position {
 ///
 /// ```
 /// use railsqueal::placement::builtin::{rail_60e1, s1002};
-/// use railsqueal::placement::{Placement, Position, Press, TrackSide};
+/// use railsqueal::placement::{Position, Press, RailSide, WheelPlacement};
 ///
-/// let placement = Placement {
-///     side: TrackSide::Right,
+/// let placement = WheelPlacement {
+///     side: RailSide::Right,
 ///     gauge: 1.435,
 ///     gauge_depth: 0.014,
 ///     cant: 0.025_f64.atan(),
@@ -139,9 +139,9 @@ pub enum Position {
 /// # Ok::<(), railsqueal::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Placement {
+pub struct WheelPlacement {
     /// Side of the track.
-    pub side: TrackSide,
+    pub side: RailSide,
     /// Gauge: distance of the rails' inner sides.
     pub gauge: f64,
     /// Depth below the rails' tops down to which the gauge is taken; 14 mm in Europe.
@@ -198,9 +198,9 @@ pub struct Curvatures {
 
 /// A wheel at first touch on its rail.
 #[derive(Debug, Clone)]
-pub struct Placed {
-    side: TrackSide,
-    pair: Pair,
+pub struct PlacedWheel {
+    side: RailSide,
+    pair: WheelOverRail,
     minima: Vec<Close>,
     /// From y of the rail's profile to y of the track, m.
     rail_shift: f64,
@@ -228,19 +228,19 @@ pub struct Seat {
     pub tilt: f64,
 }
 
-impl Placement {
+impl WheelPlacement {
     /// Puts the wheel on the rail: both profiles with y to the field side and z down.
     ///
     /// # Errors
     /// Values that are no track; profiles that do not meet, or touch at an end, at a corner or away from the tread; a
     /// point of contact given directly that needs too much roll or makes the bodies overlap elsewhere.
-    pub fn place(&self, wheel: &Profile, rail: &Profile) -> Result<Placed> {
+    pub fn place(&self, wheel: &RunningProfile, rail: &RunningProfile) -> Result<PlacedWheel> {
         self.check()?;
         let middle = rail.local(if rail.contains(0.0) { 0.0 } else { rail.top() }).z;
         let (rail, rail_shift, crown) = self.rail_in_track(rail)?;
         let sign = self.side.sign();
-        let mut pair = Pair {
-            wheel: Wheel {
+        let mut pair = WheelOverRail {
+            wheel: WheelPose {
                 profile: wheel.clone(),
                 radius: self.radius,
                 offset: 0.5 * self.circles,
@@ -278,7 +278,7 @@ impl Placement {
             ..*c
         });
         let minima = rest.collect();
-        Ok(Placed { side: self.side, pair, minima, rail_shift, crown, cant: self.cant, bounds, middle })
+        Ok(PlacedWheel { side: self.side, pair, minima, rail_shift, crown, cant: self.cant, bounds, middle })
     }
 
     fn check(&self) -> Result<()> {
@@ -308,7 +308,7 @@ impl Placement {
 
     /// The rail in the track frame, right-hand form, by how much it was moved in y, m, and the z of its top before
     /// that.
-    fn rail_in_track(&self, rail: &Profile) -> Result<(Profile, f64, f64)> {
+    fn rail_in_track(&self, rail: &RunningProfile) -> Result<(RunningProfile, f64, f64)> {
         let turned = match self.cant {
             0.0 => rail.clone(),
             cant => rail.turned(cant)?,
@@ -346,7 +346,7 @@ impl Placement {
 }
 
 /// Rolls and shifts the wheel until its profile at `wheel` touches the rail at `rail`, both m.
-fn bring_together(pair: &mut Pair, wheel: f64, rail: f64, rail_shift: f64) -> Result<()> {
+fn bring_together(pair: &mut WheelOverRail, wheel: f64, rail: f64, rail_shift: f64) -> Result<()> {
     let there = rail + rail_shift;
     for (what, profile, y, inside) in [
         ("wheel", &pair.wheel.profile, wheel, pair.wheel.profile.contains(wheel)),
@@ -387,7 +387,7 @@ fn bring_together(pair: &mut Pair, wheel: f64, rail: f64, rail_shift: f64) -> Re
 }
 
 /// An error if the wheel, placed by its point of contact, is closest to the rail elsewhere.
-fn refuse_overlap(pair: &Pair, wheel: f64, first: &Close) -> Result<()> {
+fn refuse_overlap(pair: &WheelOverRail, wheel: f64, first: &Close) -> Result<()> {
     let given = pair.close(wheel).map_or(f64::INFINITY, |c| c.distance);
     if given - first.distance <= MAX_OVERLAP {
         return Ok(());
@@ -401,7 +401,7 @@ fn refuse_overlap(pair: &Pair, wheel: f64, first: &Close) -> Result<()> {
     )))
 }
 
-impl Placed {}
+impl PlacedWheel {}
 
 #[cfg(test)]
 mod tests;

@@ -1,13 +1,13 @@
 //! A wheel placed on its rail: touch, curvatures, frame, creepages and gap.
 
-use super::frame::{Creepages, Frame, Motion};
+use super::frame::{Creepages, Frame, RollingMotion};
 use super::gap::Gap;
 use super::hertz::{Ellipse, Press};
 use super::touch::Close;
-use super::{frame, gap, pose, Curvatures, Placed, Seat, Touch, WIDTH_OF_OVERLAP};
+use super::{frame, gap, pose, Curvatures, PlacedWheel, Seat, Touch, WIDTH_OF_OVERLAP};
 use crate::{Error, Result};
 
-impl Placed {
+impl PlacedWheel {
     /// The point of contact.
     pub fn touch(&self) -> Touch {
         self.report(&self.minima[0], 0.0, false)
@@ -101,7 +101,7 @@ impl Placed {
     }
 
     /// The creepages in a frame.
-    pub fn creepages(&self, frame: &Frame, motion: &Motion) -> Result<Creepages> {
+    pub fn creepages(&self, frame: &Frame, motion: &RollingMotion) -> Result<Creepages> {
         frame::creepages(&self.pair.wheel, frame, motion)
     }
 

@@ -1,8 +1,8 @@
 //! Places of contact of a wheel that moves over its rail: shift, yaw and roll change, the profiles stay.
 
-use super::pose::Wheel;
-use super::touch::{Close, Pair};
-use super::{Placement, Profile, TrackSide};
+use super::pose::WheelPose;
+use super::touch::{Close, WheelOverRail};
+use super::{RailSide, RunningProfile, WheelPlacement};
 use crate::{Error, Result};
 
 /// Smallest distance of two places of contact along the wheel's profile, m. Nearer minima of the distance are ripples
@@ -49,8 +49,8 @@ const FLAT: f64 = 0.05;
 /// A wheel over its rail, to be moved.
 #[derive(Debug, Clone)]
 pub struct MovableWheel {
-    side: TrackSide,
-    pair: Pair,
+    side: RailSide,
+    pair: WheelOverRail,
     rail_shift: f64,
 }
 
@@ -85,10 +85,10 @@ impl MovableWheel {
     ///
     /// # Errors
     /// Values that are no track; a rail whose gauge cannot be measured.
-    pub fn new(track: &Placement, wheel: &Profile, rail: &Profile) -> Result<Self> {
+    pub fn new(track: &WheelPlacement, wheel: &RunningProfile, rail: &RunningProfile) -> Result<Self> {
         track.check()?;
         let (rail, rail_shift, _) = track.rail_in_track(rail)?;
-        let wheel = Wheel {
+        let wheel = WheelPose {
             profile: wheel.clone(),
             radius: track.radius,
             offset: 0.5 * track.circles,
@@ -97,11 +97,11 @@ impl MovableWheel {
             roll: 0.0,
             height: 0.0,
         };
-        Ok(Self { side: track.side, pair: Pair { wheel, rail }, rail_shift })
+        Ok(Self { side: track.side, pair: WheelOverRail { wheel, rail }, rail_shift })
     }
 
     /// The side of the track.
-    pub fn side(&self) -> TrackSide {
+    pub fn side(&self) -> RailSide {
         self.side
     }
 
@@ -135,7 +135,7 @@ impl MovableWheel {
         Ok(kept.iter().enumerate().map(|(k, close)| self.described(&pair, close, share(k))).collect())
     }
 
-    fn described(&self, pair: &Pair, close: &Close, share: f64) -> ContactPlace {
+    fn described(&self, pair: &WheelOverRail, close: &Close, share: f64) -> ContactPlace {
         let sign = self.side.sign();
         let [x, y, _] = close.lowest.point;
         ContactPlace {
@@ -155,7 +155,7 @@ impl MovableWheel {
 /// Share of its own force that the place `here` has beside the place `nearer`, which is nearer to the rail: by the
 /// ridge between them and by
 /// their distance, both smoothly from 0 to 1.
-fn prominence(pair: &Pair, nearer: &Close, here: &Close) -> f64 {
+fn prominence(pair: &WheelOverRail, nearer: &Close, here: &Close) -> f64 {
     let [from, to] = [nearer, here].map(|c| c.lowest.wheel_y);
     let apart = (to - from).abs();
     let steps = (apart / SCAN_STEP).ceil() as usize;
@@ -174,7 +174,7 @@ fn prominence(pair: &Pair, nearer: &Close, here: &Close) -> f64 {
 /// The distance D(y) of the lowest line to the rail is the gap minimised over x, so that D″ = h_yy − h_xy²/h_xx; D″ is
 /// averaged
 /// over the change of the slopes either side of the place.
-fn averaged(pair: &Pair, close: &Close) -> [f64; 2] {
+fn averaged(pair: &WheelOverRail, close: &Close) -> [f64; 2] {
     let (h, _) = pair.curvatures(close);
     let along = h[0][0].max(FLAT);
     let opening = |c: Close| c.rail_slope.atan() - c.lowest.slope.atan();
@@ -218,7 +218,7 @@ pub(super) fn bring_to_front(minima: &mut [Close], near: f64) -> Result<()> {
 /// The part of the wheel's profile that belongs to the first of `minima`, m, as far as the ridges towards other places
 /// that may carry
 /// load beside it; none without any.
-pub(super) fn bounds(pair: &Pair, minima: &[Close]) -> Option<[f64; 2]> {
+pub(super) fn bounds(pair: &WheelOverRail, minima: &[Close]) -> Option<[f64; 2]> {
     let (first, rest) = minima.split_first()?;
     let here = first.lowest.wheel_y;
     let rivals =

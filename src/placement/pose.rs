@@ -4,7 +4,7 @@
 //! middle of the track at the height of the rails' tops). A left-hand wheel is the mirror image, y → −y, with lateral
 //! shift, yaw and roll reversed.
 
-use super::profile::Profile;
+use super::profile::RunningProfile;
 
 /// Vector of the track frame.
 pub(super) type Vector = [f64; 3];
@@ -21,9 +21,9 @@ pub(super) fn along(a: Vector, t: f64, b: Vector) -> Vector {
 
 /// A wheel placed in the track. Its own frame has the axle as y and the origin in the middle of the wheelset.
 #[derive(Debug, Clone)]
-pub(super) struct Wheel {
+pub(super) struct WheelPose {
     /// Profile, y from the running circle to the field side, z down.
-    pub profile: Profile,
+    pub profile: RunningProfile,
     /// Radius at the running circle, m.
     pub radius: f64,
     /// Distance of the running circle from the middle of the wheelset, m.
@@ -50,7 +50,7 @@ pub(super) struct Lowest {
     pub slope: f64,
 }
 
-impl Wheel {
+impl WheelPose {
     /// Rotation from the frame of the wheelset to that of the track, roll after yaw, `[row][column]`.
     pub fn rotation(&self) -> [Vector; 3] {
         let ((s, c), (sr, cr)) = (self.yaw.sin_cos(), self.roll.sin_cos());
@@ -125,8 +125,8 @@ mod tests {
     use super::super::builtin::s1002;
     use super::*;
 
-    fn wheel(yaw: f64, roll: f64) -> Wheel {
-        Wheel { profile: s1002().unwrap(), radius: 0.46, offset: 0.75, lateral: 3e-3, yaw, roll, height: 1e-4 }
+    fn wheel(yaw: f64, roll: f64) -> WheelPose {
+        WheelPose { profile: s1002().unwrap(), radius: 0.46, offset: 0.75, lateral: 3e-3, yaw, roll, height: 1e-4 }
     }
 
     #[test]

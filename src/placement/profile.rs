@@ -14,7 +14,7 @@ pub(super) const UPRIGHT: f64 = 5e-3;
 
 /// One piece of a profile, in m.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Piece {
+pub enum ProfilePiece {
     /// z = Σ c_k (y − at)^k, c_k in m^(1−k).
     Polynomial {
         /// Centre of the expansion of the polynomial, m.
@@ -50,11 +50,11 @@ impl Local {
     }
 }
 
-impl Piece {
+impl ProfilePiece {
     /// The piece at `y`, m.
     pub fn local(&self, y: f64) -> Local {
         match self {
-            Piece::Polynomial { at, coefficients } => {
+            ProfilePiece::Polynomial { at, coefficients } => {
                 let t = y - at;
                 let (mut z, mut slope, mut half) = (0.0, 0.0, 0.0);
                 for c in coefficients.iter().rev() {
@@ -64,7 +64,7 @@ impl Piece {
                 }
                 Local { z, slope, second: 2.0 * half }
             }
-            Piece::Arc { centre, radius } => {
+            ProfilePiece::Arc { centre, radius } => {
                 let t = y - centre[0];
                 // The end of an arc may lie a rounding beyond its widest place.
                 let h = (radius * radius - t * t).max(f64::MIN_POSITIVE).sqrt() * radius.signum();
@@ -75,46 +75,50 @@ impl Piece {
 
     fn moved(&self, dy: f64, dz: f64) -> Self {
         match self {
-            Piece::Polynomial { at, coefficients } => {
+            ProfilePiece::Polynomial { at, coefficients } => {
                 let mut coefficients = coefficients.clone();
                 if let Some(c) = coefficients.first_mut() {
                     *c += dz;
                 }
-                Piece::Polynomial { at: at + dy, coefficients }
+                ProfilePiece::Polynomial { at: at + dy, coefficients }
             }
-            Piece::Arc { centre, radius } => Piece::Arc { centre: [centre[0] + dy, centre[1] + dz], radius: *radius },
+            ProfilePiece::Arc { centre, radius } => {
+                ProfilePiece::Arc { centre: [centre[0] + dy, centre[1] + dz], radius: *radius }
+            }
         }
     }
 
     fn mirrored(&self) -> Self {
         match self {
-            Piece::Polynomial { at, coefficients } => {
+            ProfilePiece::Polynomial { at, coefficients } => {
                 let coefficients =
                     coefficients.iter().enumerate().map(|(k, c)| if k % 2 == 1 { -c } else { *c }).collect();
-                Piece::Polynomial { at: -at, coefficients }
+                ProfilePiece::Polynomial { at: -at, coefficients }
             }
-            Piece::Arc { centre, radius } => Piece::Arc { centre: [-centre[0], centre[1]], radius: *radius },
+            ProfilePiece::Arc { centre, radius } => {
+                ProfilePiece::Arc { centre: [-centre[0], centre[1]], radius: *radius }
+            }
         }
     }
 
     /// The straight piece through two points, m.
     pub fn line(from: [f64; 2], to: [f64; 2]) -> Self {
-        Piece::Polynomial { at: from[0], coefficients: vec![from[1], (to[1] - from[1]) / (to[0] - from[0])] }
+        ProfilePiece::Polynomial { at: from[0], coefficients: vec![from[1], (to[1] - from[1]) / (to[0] - from[0])] }
     }
 }
 
 /// A profile z(y) over a range of y: y positive to the field side of the track, z downwards, m. Outside its range it
-/// goes on straight; whoever asks there ([`Profile::contains`]) decides whether that is allowed.
+/// goes on straight; whoever asks there ([`RunningProfile::contains`]) decides whether that is allowed.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Profile {
+pub struct RunningProfile {
     name: String,
     breaks: Vec<f64>,
-    pieces: Vec<Piece>,
+    pieces: Vec<ProfilePiece>,
 }
 
-impl Profile {
+impl RunningProfile {
     /// A profile of `pieces`, `[n]`, between `breaks`, m, ascending, `[n + 1]`.
-    pub fn new(name: impl Into<String>, breaks: Vec<f64>, pieces: Vec<Piece>) -> Result<Self> {
+    pub fn new(name: impl Into<String>, breaks: Vec<f64>, pieces: Vec<ProfilePiece>) -> Result<Self> {
         let name = name.into();
         if pieces.is_empty()
             || breaks.len() != pieces.len() + 1
@@ -164,7 +168,8 @@ impl Profile {
     /// angle in rad, positive where the slope grows with y).
     pub fn kinks(&self) -> Vec<(f64, f64)> {
         let pairs = self.pieces.windows(2).zip(&self.breaks[1..]);
-        let turn = |(pair, &y): (&[Piece], &f64)| (y, pair[1].local(y).slope.atan() - pair[0].local(y).slope.atan());
+        let turn =
+            |(pair, &y): (&[ProfilePiece], &f64)| (y, pair[1].local(y).slope.atan() - pair[0].local(y).slope.atan());
         pairs.map(turn).filter(|(_, angle)| angle.abs() > TANGENT).collect()
     }
 
@@ -204,7 +209,7 @@ impl Profile {
     /// The profile with y reversed.
     pub fn mirrored(&self) -> Self {
         let breaks = self.breaks.iter().rev().map(|b| -b).collect();
-        Self { name: self.name.clone(), breaks, pieces: self.pieces.iter().rev().map(Piece::mirrored).collect() }
+        Self { name: self.name.clone(), breaks, pieces: self.pieces.iter().rev().map(ProfilePiece::mirrored).collect() }
     }
 
     /// The profile turned about its origin so that its top leans by `angle` (rad) towards −y, as a rail leans towards
@@ -226,15 +231,15 @@ impl Profile {
                 breaks.push(ends(w[0])[0]);
             }
             match piece {
-                Piece::Arc { centre, radius } => {
-                    pieces.push(Piece::Arc { centre: point(centre[0], centre[1]), radius: *radius });
+                ProfilePiece::Arc { centre, radius } => {
+                    pieces.push(ProfilePiece::Arc { centre: point(centre[0], centre[1]), radius: *radius });
                     breaks.push(ends(w[1])[0]);
                 }
-                Piece::Polynomial { coefficients, .. } if coefficients.len() <= 2 => {
-                    pieces.push(Piece::line(ends(w[0]), ends(w[1])));
+                ProfilePiece::Polynomial { coefficients, .. } if coefficients.len() <= 2 => {
+                    pieces.push(ProfilePiece::line(ends(w[0]), ends(w[1])));
                     breaks.push(ends(w[1])[0]);
                 }
-                Piece::Polynomial { .. } => {
+                ProfilePiece::Polynomial { .. } => {
                     let n = ((w[1] - w[0]) / TURNED_PIECE).ceil().max(1.0) as usize;
                     let knot = |i: usize| {
                         let y = w[0] + (w[1] - w[0]) * i as f64 / n as f64;
@@ -265,12 +270,12 @@ impl Profile {
     }
 }
 
-impl Profile {
+impl RunningProfile {
     /// The range of y, m, without what hangs over at either end once the profile is turned by `angle`, rad.
     fn standing(&self, angle: f64) -> Result<(f64, f64)> {
-        let stands = |piece: &Piece, y: f64| (piece.local(y).slope.atan() - angle).abs() < FRAC_PI_2 - UPRIGHT;
+        let stands = |piece: &ProfilePiece, y: f64| (piece.local(y).slope.atan() - angle).abs() < FRAC_PI_2 - UPRIGHT;
         // From an end inwards: the first piece of which something stands, and where on it that begins.
-        let begin = |mut pieces: Box<dyn Iterator<Item = (&Piece, f64, f64)> + '_>| {
+        let begin = |mut pieces: Box<dyn Iterator<Item = (&ProfilePiece, f64, f64)> + '_>| {
             pieces.by_ref().find(|&(piece, _, inner)| stands(piece, inner)).map(|(piece, outer, inner)| {
                 if stands(piece, outer) {
                     return outer;
@@ -297,7 +302,7 @@ impl Profile {
 }
 
 /// The polynomial of fifth degree with the given values, slopes and second derivatives at both ends.
-fn quintic((y0, a): (f64, Local), (y1, b): (f64, Local)) -> Piece {
+fn quintic((y0, a): (f64, Local), (y1, b): (f64, Local)) -> ProfilePiece {
     let h = y1 - y0;
     let value = b.z - (a.z + h * (a.slope + 0.5 * h * a.second));
     let slope = (b.slope - (a.slope + h * a.second)) * h;
@@ -305,7 +310,7 @@ fn quintic((y0, a): (f64, Local), (y1, b): (f64, Local)) -> Piece {
     let c3 = (10.0 * value - 4.0 * slope + 0.5 * second) / (h * h * h);
     let c4 = (-15.0 * value + 7.0 * slope - second) / h.powi(4);
     let c5 = (6.0 * value - 3.0 * slope + 0.5 * second) / h.powi(5);
-    Piece::Polynomial { at: y0, coefficients: vec![a.z, a.slope, 0.5 * a.second, c3, c4, c5] }
+    ProfilePiece::Polynomial { at: y0, coefficients: vec![a.z, a.slope, 0.5 * a.second, c3, c4, c5] }
 }
 
 #[cfg(test)]
@@ -335,12 +340,12 @@ mod tests {
         let angle = 0.025_f64.atan();
         let (s, c) = angle.sin_cos();
         // The steep flange of a wheel would fold; its tread does not.
-        let parabola = Profile::new(
+        let parabola = RunningProfile::new(
             "parabola",
             vec![-0.02, 0.0, 0.03],
             vec![
-                Piece::Polynomial { at: 0.0, coefficients: vec![0.0, 0.0, 2.0, -9.0] },
-                Piece::Polynomial { at: 0.0, coefficients: vec![0.0, 0.0, 2.0] },
+                ProfilePiece::Polynomial { at: 0.0, coefficients: vec![0.0, 0.0, 2.0, -9.0] },
+                ProfilePiece::Polynomial { at: 0.0, coefficients: vec![0.0, 0.0, 2.0] },
             ],
         )
         .unwrap();
@@ -403,10 +408,10 @@ mod tests {
 
     #[test]
     fn kinks_are_kept_and_the_line_goes_on_straight_beyond_its_ends() {
-        let roof = Profile::new(
+        let roof = RunningProfile::new(
             "roof",
             vec![-1.0, 0.0, 1.0],
-            vec![Piece::line([-1.0, 0.5], [0.0, 0.0]), Piece::line([0.0, 0.0], [1.0, 0.5])],
+            vec![ProfilePiece::line([-1.0, 0.5], [0.0, 0.0]), ProfilePiece::line([0.0, 0.0], [1.0, 0.5])],
         )
         .unwrap();
         let kinks = roof.kinks();

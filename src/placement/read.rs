@@ -1,8 +1,8 @@
 //! Profiles from files: which way they lie, and what is wrong with them.
 
 use super::direction::{orient, ProfileDirections};
-use super::formats::{Format, Point, Raw};
-use super::profile::{Piece, Profile};
+use super::formats::{ProfileFilePoint, ProfileFormat, RawProfile};
+use super::profile::{ProfilePiece, RunningProfile};
 use super::spline::spline;
 use crate::input::text;
 use crate::{Error, Result};
@@ -80,7 +80,7 @@ impl Reading {
 /// # Errors
 /// A file that cannot be read; a line that is none of its format; too few points; a wrong unit; a direction of z that
 /// cannot be seen; a line that is no function of y, or unsorted; a gap in it.
-pub fn read(path: &Path, reading: &Reading) -> Result<(Profile, Vec<String>)> {
+pub fn read(path: &Path, reading: &Reading) -> Result<(RunningProfile, Vec<String>)> {
     let name = path.display().to_string();
     let bytes =
         crate::input::read(path).map_err(|e| Error::Input(format!("{name}: {e}; expected a file with a profile")))?;
@@ -89,7 +89,7 @@ pub fn read(path: &Path, reading: &Reading) -> Result<(Profile, Vec<String>)> {
 }
 
 /// The profile in the text of a file called `name`, whose end says the format.
-pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile, Vec<String>)> {
+pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(RunningProfile, Vec<String>)> {
     if !(reading.smoothing >= 0.0 && reading.smoothing <= 0.05) {
         return Err(Error::Job(format!(
             "{name}: found a smoothing length of {} m, expected 0 to 0.05 m; a few mm take away the noise of a \
@@ -97,8 +97,8 @@ pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile,
             reading.smoothing
         )));
     }
-    let format = Format::from_name(name);
-    let Raw { points, unit: own, stated, down, source, mut notes } = format.parse(name, text)?;
+    let format = ProfileFormat::from_name(name);
+    let RawProfile { points, unit: own, stated, down, source, mut notes } = format.parse(name, text)?;
     if let (Some(key), Some(own), true) = (reading.unit, own, stated) {
         if key != own {
             return Err(Error::Input(format!(
@@ -124,12 +124,12 @@ pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile,
     check_unit(name, &points, unit)?;
     let circle = match (reading.kind, format) {
         (ProfileKind::Rail, _) => 0.0,
-        (ProfileKind::Wheel, Format::Miniprof) => reading.circle.unwrap_or(MINIPROF_CIRCLE),
+        (ProfileKind::Wheel, ProfileFormat::Miniprof) => reading.circle.unwrap_or(MINIPROF_CIRCLE),
         (ProfileKind::Wheel, _) => reading.circle.unwrap_or(0.0),
     };
     let sign = if reading.mirror { -1.0 } else { 1.0 };
-    let place = |p: Point| Point { y: sign * (unit * p.y - circle), z: unit * p.z, ..p };
-    let mut points: Vec<Point> = points.into_iter().map(place).collect();
+    let place = |p: ProfileFilePoint| ProfileFilePoint { y: sign * (unit * p.y - circle), z: unit * p.z, ..p };
+    let mut points: Vec<ProfileFilePoint> = points.into_iter().map(place).collect();
     points.dedup_by(|b, a| (a.y - b.y).abs() < 1e-10 && (a.z - b.z).abs() < 1e-10);
     let z = reading.z.or(down.then_some(Vertical::Down));
     let seen = orient(name, &mut points, (reading.kind, z, reading.z.is_some()), &mut notes)?;
@@ -158,11 +158,11 @@ pub fn profile_of(name: &str, text: &str, reading: &Reading) -> Result<(Profile,
     Ok((profile, notes))
 }
 
-pub(super) fn width(points: &[Point]) -> [f64; 2] {
+pub(super) fn width(points: &[ProfileFilePoint]) -> [f64; 2] {
     points.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |w, p| [w[0].min(p.y), w[1].max(p.y)])
 }
 
-fn check_unit(name: &str, points: &[Point], unit: f64) -> Result<()> {
+fn check_unit(name: &str, points: &[ProfileFilePoint], unit: f64) -> Result<()> {
     let [from, to] = width(points);
     let fits = |unit: f64| (WIDTH[0]..=WIDTH[1]).contains(&((to - from) * unit));
     if fits(unit) {
@@ -184,7 +184,7 @@ fn check_unit(name: &str, points: &[Point], unit: f64) -> Result<()> {
 }
 
 /// A file as it was read, in words: points and their spacing, columns, unit, directions.
-fn understood(points: &[Point], source: &str, unit: f64, seen: &ProfileDirections) -> String {
+fn understood(points: &[ProfileFilePoint], source: &str, unit: f64, seen: &ProfileDirections) -> String {
     let [from, to] = width(points).map(|y| 1e3 * y);
     let apart: Vec<f64> = points.windows(2).map(|w| 1e3 * distance(w)).collect();
     let largest = apart.iter().copied().fold(0.0, f64::max);
@@ -203,7 +203,7 @@ fn understood(points: &[Point], source: &str, unit: f64, seen: &ProfileDirection
 }
 
 /// Distance of the first two points, m.
-fn distance(w: &[Point]) -> f64 {
+fn distance(w: &[ProfileFilePoint]) -> f64 {
     (w[1].y - w[0].y).hypot(w[1].z - w[0].z)
 }
 
@@ -214,7 +214,12 @@ pub(super) fn median(mut values: Vec<f64>) -> f64 {
 
 /// The longest part along which y grows. Sides at its ends that hang over, as the back of a flange and the sides of a
 /// rail's head may, are left out; a line that folds where it could touch is an error.
-fn running_line(name: &str, mut points: Vec<Point>, kind: ProfileKind, notes: &mut Vec<String>) -> Result<Vec<Point>> {
+fn running_line(
+    name: &str,
+    mut points: Vec<ProfileFilePoint>,
+    kind: ProfileKind,
+    notes: &mut Vec<String>,
+) -> Result<Vec<ProfileFilePoint>> {
     let forwards = points.windows(2).filter(|w| w[1].y > w[0].y).count();
     if 2 * forwards < points.len() {
         points.reverse();
@@ -248,7 +253,7 @@ fn running_line(name: &str, mut points: Vec<Point>, kind: ProfileKind, notes: &m
         a.z + (b.z - a.z) * ((y - a.y) / (b.y - a.y)).clamp(0.0, 1.0)
     };
     // Wheels are above their line, rails below it: z points down.
-    let stands_out = |p: &Point| match kind {
+    let stands_out = |p: &ProfileFilePoint| match kind {
         ProfileKind::Wheel => p.z - line(p.y) > HIDDEN,
         ProfileKind::Rail => line(p.y) - p.z > HIDDEN,
     };
@@ -280,7 +285,7 @@ fn running_line(name: &str, mut points: Vec<Point>, kind: ProfileKind, notes: &m
     Ok(points)
 }
 
-fn refuse_hole(name: &str, points: &[Point]) -> Result<()> {
+fn refuse_hole(name: &str, points: &[ProfileFilePoint]) -> Result<()> {
     let usual = median(points.windows(2).map(distance).collect());
     let Some(w) = points.windows(2).find(|w| distance(w) > HOLE.max(8.0 * usual)) else { return Ok(()) };
     Err(Error::Input(format!(
@@ -296,7 +301,7 @@ fn refuse_hole(name: &str, points: &[Point]) -> Result<()> {
 }
 
 /// The splines through the points, one between each two corners.
-fn through(name: &str, points: &[Point], smoothing: f64) -> Result<Profile> {
+fn through(name: &str, points: &[ProfileFilePoint], smoothing: f64) -> Result<RunningProfile> {
     let y: Vec<f64> = points.iter().map(|p| p.y).collect();
     let z: Vec<f64> = points.iter().map(|p| p.z).collect();
     let direction: Vec<f64> = points.windows(2).map(|w| (w[1].z - w[0].z).atan2(w[1].y - w[0].y)).collect();
@@ -309,9 +314,9 @@ fn through(name: &str, points: &[Point], smoothing: f64) -> Result<Profile> {
     let mut ends = vec![0];
     ends.extend((1..n - 1).filter(|&k| corner(k)));
     ends.push(n - 1);
-    let pieces: Vec<Piece> =
+    let pieces: Vec<ProfilePiece> =
         ends.windows(2).flat_map(|w| spline(&y[w[0]..=w[1]], &z[w[0]..=w[1]], smoothing)).collect();
-    Profile::new(name, y, pieces)
+    RunningProfile::new(name, y, pieces)
 }
 
 #[cfg(test)]

@@ -1,6 +1,6 @@
 //! Cubic splines through points, smooth if asked for.
 
-use super::profile::Piece;
+use super::profile::ProfilePiece;
 
 /// The cubic pieces of the natural spline through the points (y, z), m, `[n]`, y strictly ascending, n ≥ 2: `[n − 1]`
 /// pieces.
@@ -9,7 +9,7 @@ use super::profile::Piece;
 /// taken as a sum with the points' own shares of the line, λ = (wavelength/2π)⁴: a wave of that length keeps half of
 /// its height, one of half the length 6 %, one of twice the length 94 % (C. H. Reinsch, Smoothing by spline
 /// functions, Numer. Math. 10, 1967).
-pub fn spline(y: &[f64], z: &[f64], wavelength: f64) -> Vec<Piece> {
+pub fn spline(y: &[f64], z: &[f64], wavelength: f64) -> Vec<ProfilePiece> {
     let n = y.len();
     let h: Vec<f64> = y.windows(2).map(|w| w[1] - w[0]).collect();
     let lambda = (wavelength / (2.0 * std::f64::consts::PI)).powi(4);
@@ -44,7 +44,7 @@ pub fn spline(y: &[f64], z: &[f64], wavelength: f64) -> Vec<Piece> {
         let (g0, g1) = (bend(i), bend(i + 1));
         let slope = (value[i + 1] - value[i]) / h[i] - h[i] * (2.0 * g0 + g1) / 6.0;
         let coefficients = vec![value[i], slope, 0.5 * g0, (g1 - g0) / (6.0 * h[i])];
-        Piece::Polynomial { at: y[i], coefficients }
+        ProfilePiece::Polynomial { at: y[i], coefficients }
     };
     (0..n.saturating_sub(1)).map(piece).collect()
 }
@@ -83,7 +83,7 @@ mod tests {
         (y, z)
     }
 
-    fn at(y: &[f64], pieces: &[Piece], v: f64) -> super::super::profile::Local {
+    fn at(y: &[f64], pieces: &[ProfilePiece], v: f64) -> super::super::profile::Local {
         pieces[y.partition_point(|&k| k <= v).clamp(1, pieces.len()) - 1].local(v)
     }
 

@@ -3,11 +3,11 @@
 mod manchester;
 
 use super::builtin::{rail, rail_60e1, rail_head, s1002};
-use super::profile::Piece;
+use super::profile::ProfilePiece;
 use super::*;
 
-fn placement(side: TrackSide, lateral: f64, yaw: f64, roll: f64) -> Placement {
-    Placement {
+fn placement(side: RailSide, lateral: f64, yaw: f64, roll: f64) -> WheelPlacement {
+    WheelPlacement {
         side,
         gauge: 1.435,
         gauge_depth: 0.014,
@@ -19,7 +19,7 @@ fn placement(side: TrackSide, lateral: f64, yaw: f64, roll: f64) -> Placement {
     }
 }
 
-fn standard(side: TrackSide, lateral: f64, yaw: f64, roll: f64) -> Placed {
+fn standard(side: RailSide, lateral: f64, yaw: f64, roll: f64) -> PlacedWheel {
     placement(side, lateral, yaw, roll).place(&s1002().unwrap(), &rail_60e1().unwrap()).unwrap()
 }
 
@@ -64,11 +64,11 @@ fn force_at_a_neighbour_is_told() {
 /// The example of `docs/explanation/placement.md`.
 #[test]
 fn the_example_of_the_page() {
-    let placed = standard(TrackSide::Right, -4e-3, 0.010, 0.0);
+    let placed = standard(RailSide::Right, -4e-3, 0.010, 0.0);
     let touch = placed.touch();
     let ellipse = placed.ellipse(0.5 * 210e9 / 0.91, Press::Force(60e3)).unwrap();
     let frame = placed.centred_frame(ellipse.approach).unwrap();
-    let creepages = placed.creepages(&frame, &Motion::free_rolling(10.0)).unwrap();
+    let creepages = placed.creepages(&frame, &RollingMotion::free_rolling(10.0)).unwrap();
     for (found, want, digit) in [
         (touch.angle, -9.64e-3, 1e-5),
         (touch.radius, 459.774e-3, 1e-6),
@@ -93,7 +93,7 @@ fn the_example_of_the_page() {
 #[test]
 fn upright_sides_of_canted_rails_give_the_gauge() {
     let rail = rail(&crate::rails::R115RE).unwrap();
-    let at = |cant: f64| Placement { cant, ..placement(TrackSide::Right, 0.0, 0.0, 0.0) };
+    let at = |cant: f64| WheelPlacement { cant, ..placement(RailSide::Right, 0.0, 0.0, 0.0) };
     for cant in [0.021, 0.025, 0.03] {
         let (moved, ..) = at(cant).rail_in_track(&rail).unwrap();
         let end = moved.range()[0];
@@ -103,25 +103,30 @@ fn upright_sides_of_canted_rails_give_the_gauge() {
     assert!((before - after).abs() < 1e-5, "{before} {after}");
     // A profile that ends too high is refused however steep it is there.
     let short = rail_head("short", &[0.3, 0.013], &[0.05], 40.0).unwrap();
-    let low = Placement { gauge_depth: 0.04, ..at(0.025) };
+    let low = WheelPlacement { gauge_depth: 0.04, ..at(0.025) };
     assert!(low.rail_in_track(&short).unwrap_err().message().contains("goes down to"));
 }
 
 /// A cone z = slope · y, wide enough.
-fn cone(slope: f64) -> Profile {
-    Profile::new("cone", vec![-0.07, 0.07], vec![Piece::line([-0.07, -0.07 * slope], [0.07, 0.07 * slope])]).unwrap()
+fn cone(slope: f64) -> RunningProfile {
+    RunningProfile::new(
+        "cone",
+        vec![-0.07, 0.07],
+        vec![ProfilePiece::line([-0.07, -0.07 * slope], [0.07, 0.07 * slope])],
+    )
+    .unwrap()
 }
 
 /// A rail that is a cylinder of radius 0.2 m, 70 mm wide, with steep sides for the gauge.
-fn cylinder() -> Profile {
+fn cylinder() -> RunningProfile {
     let z = 0.2 - (0.04_f64 - 0.035 * 0.035).sqrt();
-    Profile::new(
+    RunningProfile::new(
         "cylinder",
         vec![-0.0351, -0.035, 0.035, 0.0351],
         vec![
-            Piece::line([-0.0351, z + 0.05], [-0.035, z]),
-            Piece::Arc { centre: [0.0, 0.2], radius: -0.2 },
-            Piece::line([0.035, z], [0.0351, z + 0.05]),
+            ProfilePiece::line([-0.0351, z + 0.05], [-0.035, z]),
+            ProfilePiece::Arc { centre: [0.0, 0.2], radius: -0.2 },
+            ProfilePiece::line([0.035, z], [0.0351, z + 0.05]),
         ],
     )
     .unwrap()
@@ -131,7 +136,7 @@ fn cylinder() -> Profile {
 #[test]
 fn a_cone_on_a_cylinder() {
     let (slope, roll, lateral) = (-0.05_f64, 0.004, 2e-3);
-    let upright = Placement { cant: 0.0, ..placement(TrackSide::Right, lateral, 0.0, roll) };
+    let upright = WheelPlacement { cant: 0.0, ..placement(RailSide::Right, lateral, 0.0, roll) };
     let placed = upright.place(&cone(slope), &cylinder()).unwrap();
     let touch = placed.touch();
     let angle = slope.atan() + roll;
@@ -166,12 +171,12 @@ fn a_cone_on_a_cylinder() {
 fn left_and_right_are_mirror_images() {
     for (lateral, yaw, roll) in [(3e-3, 0.012, 1e-3), (-5.5e-3, -0.02, 0.0)] {
         let (right, left) =
-            (standard(TrackSide::Right, lateral, yaw, roll), standard(TrackSide::Left, -lateral, -yaw, -roll));
+            (standard(RailSide::Right, lateral, yaw, roll), standard(RailSide::Left, -lateral, -yaw, -roll));
         let (a, b) = (right.touch(), left.touch());
         assert!(a.wheel == b.wheel && a.rail == b.rail && a.radius == b.radius && a.angle == -b.angle);
         assert!(a.point[0] == b.point[0] && a.point[1] == -b.point[1] && a.point[2] == b.point[2]);
         let (f, g) = (right.frame(), left.frame());
-        let motion = Motion { angular_speed: Some(22.0), ..Motion::free_rolling(10.0) };
+        let motion = RollingMotion { angular_speed: Some(22.0), ..RollingMotion::free_rolling(10.0) };
         let (c, d) = (right.creepages(&f, &motion).unwrap(), left.creepages(&g, &motion).unwrap());
         assert!(c.longitudinal == d.longitudinal && c.lateral == -d.lateral && c.spin == -d.spin && c.speed == d.speed);
         // A mirror image y → −y: an axle, which points to the right in both, keeps its y and reverses the rest.
@@ -192,7 +197,7 @@ fn left_and_right_are_mirror_images() {
 
 #[test]
 fn without_yaw_nothing_is_skew_and_small_yaw_shifts_the_point_along_the_track() {
-    let straight = standard(TrackSide::Right, 4e-3, 0.0, 0.0);
+    let straight = standard(RailSide::Right, 4e-3, 0.0, 0.0);
     assert_eq!(straight.touch().point[0], 0.0);
     assert_eq!(straight.curvatures().relative[0][1], 0.0);
     let x = [-3e-3, -1e-3, 1e-3, 3e-3];
@@ -206,7 +211,7 @@ fn without_yaw_nothing_is_skew_and_small_yaw_shifts_the_point_along_the_track() 
     let before = straight.touch();
     let slope = s1002().unwrap().local(before.wheel).slope;
     for yaw in [1e-4, 1e-3] {
-        let touch = standard(TrackSide::Right, 4e-3, yaw, 0.0).touch();
+        let touch = standard(RailSide::Right, 4e-3, yaw, 0.0).touch();
         // The axle turned back by the yaw takes the point along, and the slope of the tread moves it by −r r′ ψ.
         let want = -yaw * (0.75 + before.wheel) - before.radius * slope * yaw;
         assert!((touch.point[0] / want - 1.0).abs() < 0.02 * yaw / 1e-3, "{yaw}: {} {want}", touch.point[0]);
@@ -217,7 +222,7 @@ fn without_yaw_nothing_is_skew_and_small_yaw_shifts_the_point_along_the_track() 
 #[test]
 fn curvatures_are_second_differences_of_the_gap() {
     for (side, lateral, yaw) in
-        [(TrackSide::Right, 3e-3, 0.03), (TrackSide::Left, 2.0e-3, 0.05), (TrackSide::Right, -6.5e-3, -0.03)]
+        [(RailSide::Right, 3e-3, 0.03), (RailSide::Left, 2.0e-3, 0.05), (RailSide::Right, -6.5e-3, -0.03)]
     {
         let placed = standard(side, lateral, yaw, 0.0);
         let h = 2e-5;
@@ -246,13 +251,13 @@ fn curvatures_are_second_differences_of_the_gap() {
 /// The signs that everything else hangs on, in words.
 #[test]
 fn creepages_have_the_signs_of_the_conventions() {
-    let on = |side: TrackSide, yaw: f64, speed: f64| {
+    let on = |side: RailSide, yaw: f64, speed: f64| {
         let placed = standard(side, 0.0, yaw, 0.0);
-        let motion = Motion { angular_speed: Some(speed), ..Motion::free_rolling(10.0) };
+        let motion = RollingMotion { angular_speed: Some(speed), ..RollingMotion::free_rolling(10.0) };
         placed.creepages(&placed.frame(), &motion).unwrap()
     };
-    let rolling = 10.0 / standard(TrackSide::Right, 0.0, 0.0, 0.0).touch().radius;
-    for side in [TrackSide::Left, TrackSide::Right] {
+    let rolling = 10.0 / standard(RailSide::Right, 0.0, 0.0, 0.0).touch().radius;
+    for side in [RailSide::Left, RailSide::Right] {
         let free = on(side, 0.0, rolling);
         assert!(free.longitudinal.abs() < 1e-15 && free.lateral == 0.0 && (free.speed - 10.0).abs() < 1e-13);
         // A driving wheel: its material overtakes the rail's towards +x (backwards), ξ < 0, and pushes the rail to
@@ -267,14 +272,22 @@ fn creepages_have_the_signs_of_the_conventions() {
         let angle = standard(side, 0.0, 0.0, 0.0).touch().angle;
         assert!((free.spin - rolling * angle.sin() / 10.0).abs() < 1e-12, "{} {angle}", free.spin);
     }
-    let placed = standard(TrackSide::Right, 0.0, 0.0, 0.0);
-    let given = Motion { longitudinal: Some(0.1), lateral: Some(0.2), spin: Some(0.3), ..Motion::free_rolling(10.0) };
+    let placed = standard(RailSide::Right, 0.0, 0.0, 0.0);
+    let given = RollingMotion {
+        longitudinal: Some(0.1),
+        lateral: Some(0.2),
+        spin: Some(0.3),
+        ..RollingMotion::free_rolling(10.0)
+    };
     let found = placed.creepages(&placed.frame(), &given).unwrap();
     assert_eq!([found.longitudinal, found.lateral, found.spin], [0.1, 0.2, 0.3]);
     // Without an angular speed the running circle rolls freely.
-    let own = placed.creepages(&placed.frame(), &Motion::free_rolling(10.0)).unwrap();
+    let own = placed.creepages(&placed.frame(), &RollingMotion::free_rolling(10.0)).unwrap();
     assert!((own.longitudinal - (1.0 - placed.touch().radius / 0.46)).abs() < 1e-4 * own.longitudinal.abs() + 1e-7);
-    for motion in [Motion::free_rolling(0.0), Motion { angular_speed: Some(f64::NAN), ..Motion::free_rolling(1.0) }] {
+    for motion in [
+        RollingMotion::free_rolling(0.0),
+        RollingMotion { angular_speed: Some(f64::NAN), ..RollingMotion::free_rolling(1.0) },
+    ] {
         assert_eq!(placed.creepages(&placed.frame(), &motion).unwrap_err().exit_code(), 2);
     }
 }
@@ -282,24 +295,24 @@ fn creepages_have_the_signs_of_the_conventions() {
 /// The axle in the frame: tilted by δ, and turned by the yaw.
 #[test]
 fn the_axle_is_tilted_by_the_contact_angle() {
-    for side in [TrackSide::Left, TrackSide::Right] {
+    for side in [RailSide::Left, RailSide::Right] {
         let placed = standard(side, side.sign() * 8e-3, 0.0, 0.0);
         let (axle, angle) = (placed.axle(&placed.frame()), placed.touch().angle);
         assert!(angle * side.sign() < -0.1, "a flange contact leans to the middle of the track: {angle}");
         assert!(axle[0] == 0.0 && (axle[1] - angle.cos()).abs() < 1e-15 && (axle[2] - angle.sin()).abs() < 1e-15);
     }
     // Yawed to the right its right end is behind: x is backwards.
-    let placed = standard(TrackSide::Left, 0.0, 0.01, 0.0);
+    let placed = standard(RailSide::Left, 0.0, 0.01, 0.0);
     assert!((placed.axle(&placed.frame())[0] - 0.01_f64.sin()).abs() < 1e-9);
 }
 
 #[test]
 fn a_point_given_directly_is_the_one_that_follows_from_its_shift() {
-    for side in [TrackSide::Left, TrackSide::Right] {
+    for side in [RailSide::Left, RailSide::Right] {
         let first = standard(side, 2.5e-3, 0.015, 0.002);
         let touch = first.touch();
         let position = Position::Contact { wheel: touch.wheel, rail: touch.rail, yaw: 0.015 };
-        let again = Placement { position, ..placement(side, 0.0, 0.0, 0.0) };
+        let again = WheelPlacement { position, ..placement(side, 0.0, 0.0, 0.0) };
         let again = again.place(&s1002().unwrap(), &rail_60e1().unwrap()).unwrap();
         for (a, b) in first.wheelset().iter().zip(again.wheelset()) {
             assert!((a - b).abs() < 1e-11, "{a} {b}");
@@ -308,7 +321,7 @@ fn a_point_given_directly_is_the_one_that_follows_from_its_shift() {
     }
     let refuse = |wheel: f64, rail: f64, what: &str| {
         let position = Position::Contact { wheel, rail, yaw: 0.0 };
-        let wrong = Placement { position, ..placement(TrackSide::Right, 0.0, 0.0, 0.0) };
+        let wrong = WheelPlacement { position, ..placement(RailSide::Right, 0.0, 0.0, 0.0) };
         let error = wrong.place(&s1002().unwrap(), &rail_60e1().unwrap()).unwrap_err();
         assert!(error.exit_code() == 2 && error.to_string().contains(what), "{error}");
     };
@@ -322,7 +335,7 @@ fn a_point_given_directly_is_the_one_that_follows_from_its_shift() {
 /// The lines to be drawn touch at the point of contact and nowhere cross.
 #[test]
 fn drawn_lines_touch() {
-    for side in [TrackSide::Left, TrackSide::Right] {
+    for side in [RailSide::Left, RailSide::Right] {
         let placed = standard(side, 3e-3, 0.01, 0.0);
         let (rail, wheel) = (placed.rail_line(1e-5), placed.wheel_line(1e-5));
         let nearest = wheel.iter().filter_map(|w| {
@@ -338,25 +351,25 @@ fn drawn_lines_touch() {
 /// Two bumps on one wheel: the second is reported where it is within the approach, and is separate.
 #[test]
 fn a_separate_second_contact_is_reported() {
-    let bump = |y: f64, z: f64| Piece::Arc { centre: [y, z - 0.05], radius: 0.05 };
+    let bump = |y: f64, z: f64| ProfilePiece::Arc { centre: [y, z - 0.05], radius: 0.05 };
     let height = 4e-6;
     let low = -2e-3;
     // Two arcs of 50 mm, 16 mm apart, one 4 µm higher, on a flat-topped rail of 3 m radius.
     let wheel =
-        Profile::new("bumps", vec![-0.02, 0.0, 0.02], vec![bump(-8e-3, low), bump(8e-3, low - height)]).unwrap();
+        RunningProfile::new("bumps", vec![-0.02, 0.0, 0.02], vec![bump(-8e-3, low), bump(8e-3, low - height)]).unwrap();
     let z = 3.0 - (9.0 - 0.035_f64 * 0.035).sqrt();
-    let rail = Profile::new(
+    let rail = RunningProfile::new(
         "flat",
         vec![-0.0351, -0.035, 0.035, 0.0351],
         vec![
-            Piece::line([-0.0351, z + 0.05], [-0.035, z]),
-            Piece::Arc { centre: [0.0, 3.0], radius: -3.0 },
-            Piece::line([0.035, z], [0.0351, z + 0.05]),
+            ProfilePiece::line([-0.0351, z + 0.05], [-0.035, z]),
+            ProfilePiece::Arc { centre: [0.0, 3.0], radius: -3.0 },
+            ProfilePiece::line([0.035, z], [0.0351, z + 0.05]),
         ],
     )
     .unwrap();
     let lateral = 0.5 * 1.435 + 0.035 - 0.75;
-    let flat = Placement { cant: 0.0, ..placement(TrackSide::Right, lateral, 0.0, 0.0) };
+    let flat = WheelPlacement { cant: 0.0, ..placement(RailSide::Right, lateral, 0.0, 0.0) };
     let placed = flat.place(&wheel, &rail).unwrap();
     let others = placed.others(20e-6).unwrap();
     assert_eq!(others.len(), 1);
@@ -373,11 +386,11 @@ fn a_separate_second_contact_is_reported() {
 fn seats_on_the_drawings() {
     let cant = 1.0_f64.atan2(40.0);
     for (lateral, roll) in [(0.0, 0.0), (-4e-3, 0.0), (6e-3, -2e-3)] {
-        let of = |side: TrackSide, sign: f64| {
+        let of = |side: RailSide, sign: f64| {
             let placed = standard(side, sign * lateral, sign * 0.01, sign * roll);
             (placed.seats(&placed.frame()).unwrap(), placed.touch())
         };
-        let ([rail, wheel], touch) = of(TrackSide::Right, 1.0);
+        let ([rail, wheel], touch) = of(RailSide::Right, 1.0);
         assert!((wheel.y - touch.wheel).abs() < 1e-9 && (wheel.tilt - (touch.angle - roll)).abs() < 1e-5, "{wheel:?}");
         assert!((rail.tilt + touch.angle + cant).abs() < 1e-15, "{rail:?}");
         // On the upright profile the slope is the contact angle and the cant; its place is that of the touch turned
@@ -386,7 +399,7 @@ fn seats_on_the_drawings() {
         let at = profile.local(rail.y);
         assert!((at.slope.atan() - touch.angle - cant).abs() < 1e-9, "{} {}", at.slope.atan(), touch.angle);
         assert!((cant.cos() * rail.y + cant.sin() * at.z - touch.rail).abs() < 1e-9, "{rail:?}");
-        let ([left_rail, left_wheel], _) = of(TrackSide::Left, -1.0);
+        let ([left_rail, left_wheel], _) = of(RailSide::Left, -1.0);
         for (left, right) in [(left_rail, rail), (left_wheel, wheel)] {
             assert!((left.y + right.y).abs() < 1e-12 && (left.tilt + right.tilt).abs() < 1e-12);
         }
@@ -397,7 +410,7 @@ fn seats_on_the_drawings() {
 /// is much wider than either's ellipse.
 #[test]
 fn the_extent_of_a_grid() {
-    let upright = Placement { cant: 0.0, ..placement(TrackSide::Right, 0.0, 0.0, 0.0) };
+    let upright = WheelPlacement { cant: 0.0, ..placement(RailSide::Right, 0.0, 0.0, 0.0) };
     let placed = upright.place(&cone(-0.02), &cylinder()).unwrap();
     let ellipse = placed.ellipse(1.1e11, Press::Approach(30e-6)).unwrap();
     let wide = (2.0 * 30e-6 * 0.2_f64).sqrt();
@@ -413,8 +426,9 @@ fn grids_and_edges() {
     assert!(x.contains(&0.0) && x[0] <= -6.8e-3 && x[0] > -7.1e-3 && y[0] <= -3.4e-3 && y[0] > -3.7e-3);
     // A cone that ends 2.5 mm beside the point of contact.
     let short =
-        Profile::new("short", vec![-0.07, -0.005], vec![Piece::line([-0.07, 3.5e-3], [-0.005, 0.25e-3])]).unwrap();
-    let upright = Placement { cant: 0.0, ..placement(TrackSide::Right, 0.0, 0.0, 0.0) };
+        RunningProfile::new("short", vec![-0.07, -0.005], vec![ProfilePiece::line([-0.07, 3.5e-3], [-0.005, 0.25e-3])])
+            .unwrap();
+    let upright = WheelPlacement { cant: 0.0, ..placement(RailSide::Right, 0.0, 0.0, 0.0) };
     let placed = upright.place(&short, &cylinder()).unwrap();
     let end = -0.005 - placed.touch().wheel;
     assert!(end > 2e-3 && end < 3e-3, "{end}");
@@ -436,26 +450,26 @@ fn grids_and_edges() {
 
 #[test]
 fn bad_placements_are_refused() {
-    let refuse = |p: Placement, wheel: &Profile, rail: &Profile, what: &str| {
+    let refuse = |p: WheelPlacement, wheel: &RunningProfile, rail: &RunningProfile, what: &str| {
         let error = p.place(wheel, rail).unwrap_err();
         assert!(error.exit_code() == 2 && error.to_string().contains(what), "{what}: {error}");
     };
     let (wheel, rail) = (s1002().unwrap(), rail_60e1().unwrap());
-    let at = |lateral: f64| placement(TrackSide::Right, lateral, 0.0, 0.0);
+    let at = |lateral: f64| placement(RailSide::Right, lateral, 0.0, 0.0);
     refuse(at(0.15), &wheel, &rail, "do not meet");
     refuse(at(0.053), &wheel, &rail, "off its tread");
     refuse(at(-0.069), &wheel, &rail, "end of the profile of the");
     refuse(at(3.0), &wheel, &rail, "lateral shift of 3 m");
-    refuse(placement(TrackSide::Left, 0.0, f64::NAN, 0.0), &wheel, &rail, "yaw of NaN");
-    refuse(Placement { gauge: 1435.0, ..at(0.0) }, &wheel, &rail, "gauge of 1435 m");
-    refuse(Placement { gauge_depth: 0.04, ..at(0.0) }, &wheel, &rail, "depth at which the gauge");
+    refuse(placement(RailSide::Left, 0.0, f64::NAN, 0.0), &wheel, &rail, "yaw of NaN");
+    refuse(WheelPlacement { gauge: 1435.0, ..at(0.0) }, &wheel, &rail, "gauge of 1435 m");
+    refuse(WheelPlacement { gauge_depth: 0.04, ..at(0.0) }, &wheel, &rail, "depth at which the gauge");
     // A roof rides on the cylinder with its corner.
-    let roof = Profile::new(
+    let roof = RunningProfile::new(
         "roof",
         vec![-0.07, 0.0, 0.07],
-        vec![Piece::line([-0.07, -0.01], [0.0, 0.0]), Piece::line([0.0, 0.0], [0.07, -0.01])],
+        vec![ProfilePiece::line([-0.07, -0.01], [0.0, 0.0]), ProfilePiece::line([0.0, 0.0], [0.07, -0.01])],
     )
     .unwrap();
-    let upright = Placement { cant: 0.0, ..at(0.0) };
+    let upright = WheelPlacement { cant: 0.0, ..at(0.0) };
     refuse(upright, &roof, &cylinder(), "corner");
 }

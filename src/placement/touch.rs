@@ -1,7 +1,7 @@
 //! Search for the first point of contact of wheel and rail, and for further ones.
 
-use super::pose::{along, dot, Lowest, Vector, Wheel};
-use super::profile::Profile;
+use super::pose::{along, dot, Lowest, Vector, WheelPose};
+use super::profile::RunningProfile;
 use crate::{Error, Result};
 
 /// Distance of the places on the wheel's profile at which the gap is looked at first, m.
@@ -36,13 +36,13 @@ pub(super) struct Close {
 
 /// A wheel over a rail, both in the track frame, right-hand form.
 #[derive(Debug, Clone)]
-pub(super) struct Pair {
-    pub wheel: Wheel,
+pub(super) struct WheelOverRail {
+    pub wheel: WheelPose,
     /// The rail in the track frame.
-    pub rail: Profile,
+    pub rail: RunningProfile,
 }
 
-impl Pair {
+impl WheelOverRail {
     /// The point of the wheel's lowest line at `wheel_y` with its distance to the rail; none beside the rail.
     pub fn close(&self, wheel_y: f64) -> Option<Close> {
         let lowest = self.wheel.lowest(wheel_y)?;

@@ -4,7 +4,7 @@
 mod memory;
 mod text;
 
-use crate::body::matrices::Matrices;
+use crate::body::matrices::BodyMatrices;
 use crate::case::meshes::{cylinder_spec, Meshes};
 use crate::case::surfaces;
 use crate::job::{self, fe_inputs, Job, MeshSource, SweepPlan};
@@ -69,7 +69,7 @@ pub fn sizes(job: &Job, meshes: &Meshes) -> Result<Vec<BodySize>> {
 fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Result<BodySize> {
     let named = |e: Error| e.context(format!("bodies.{name}.mesh"));
     if let Some(m) = &body.matrices {
-        let dofs = Matrices::order(name, m)? as u64;
+        let dofs = BodyMatrices::order(name, m)? as u64;
         return Ok(BodySize {
             name,
             nodes: 0,
@@ -80,7 +80,7 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
         });
     }
     let placed = || {
-        let all = crate::case::wheel_rail_geometry::Placed::all(job)?;
+        let all = crate::case::wheel_rail_geometry::PlacedContact::all(job)?;
         Ok(all.iter().map(|one| one.nodes() as u64).sum())
     };
     if body.profile.is_some() && !body.is_meshed() {

@@ -29,7 +29,7 @@ pub fn normal_quantile(p: f64) -> f64 {
 
 /// The distribution of an input.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Distribution {
+pub enum InputDistribution {
     /// Mean and standard deviation.
     Normal([f64; 2]),
     /// Median and standard deviation of the logarithm.
@@ -42,7 +42,7 @@ pub enum Distribution {
     Table(Vec<[f64; 2]>),
 }
 
-impl Distribution {
+impl InputDistribution {
     /// The value that is not exceeded with the probability `p`, 0 < `p` < 1.
     pub fn quantile(&self, p: f64) -> f64 {
         match self {
@@ -128,7 +128,7 @@ impl Distribution {
 /// A distribution cut off at both ends.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truncated {
-    distribution: Distribution,
+    distribution: InputDistribution,
     /// Probabilities of the distribution below the lower and up to the upper end.
     range: [f64; 2],
     ends: [f64; 2],
@@ -136,7 +136,7 @@ pub struct Truncated {
 
 impl Truncated {
     /// `distribution` between the `ends`, which may be infinite; what is wrong with them.
-    pub fn new(distribution: Distribution, ends: [f64; 2]) -> Result<Self, String> {
+    pub fn new(distribution: InputDistribution, ends: [f64; 2]) -> Result<Self, String> {
         let range = ends.map(|x| match x.is_infinite() {
             true => f64::from(u8::from(x > 0.0)),
             false => distribution.cdf(x),
@@ -203,13 +203,13 @@ mod tests {
         }
     }
 
-    fn all() -> [Distribution; 5] {
+    fn all() -> [InputDistribution; 5] {
         [
-            Distribution::Normal([0.35, 0.1]),
-            Distribution::Lognormal([2e-4, 0.5]),
-            Distribution::Uniform([-3.0, 5.0]),
-            Distribution::Triangular([-1.0, 0.5, 4.0]),
-            Distribution::Table(vec![[0.0, 0.0], [1.0, 0.25], [1.5, 0.9], [4.0, 1.0]]),
+            InputDistribution::Normal([0.35, 0.1]),
+            InputDistribution::Lognormal([2e-4, 0.5]),
+            InputDistribution::Uniform([-3.0, 5.0]),
+            InputDistribution::Triangular([-1.0, 0.5, 4.0]),
+            InputDistribution::Table(vec![[0.0, 0.0], [1.0, 0.25], [1.5, 0.9], [4.0, 1.0]]),
         ]
     }
 
@@ -218,11 +218,11 @@ mod tests {
     fn quantiles_are_those_of_openturns() {
         let anywhere = [f64::NEG_INFINITY, f64::INFINITY];
         let cases = [
-            ("normal", Distribution::Normal([0.3, 0.05]), anywhere),
-            ("truncated_normal", Distribution::Normal([-0.006, 0.002]), [-0.008, -0.001]),
-            ("lognormal", Distribution::Lognormal([2e-4, 0.5]), anywhere),
-            ("uniform", Distribution::Uniform([0.2, 0.45]), anywhere),
-            ("triangular", Distribution::Triangular([0.05, 0.2, 0.45]), anywhere),
+            ("normal", InputDistribution::Normal([0.3, 0.05]), anywhere),
+            ("truncated_normal", InputDistribution::Normal([-0.006, 0.002]), [-0.008, -0.001]),
+            ("lognormal", InputDistribution::Lognormal([2e-4, 0.5]), anywhere),
+            ("uniform", InputDistribution::Uniform([0.2, 0.45]), anywhere),
+            ("triangular", InputDistribution::Triangular([0.05, 0.2, 0.45]), anywhere),
         ];
         let mut compared = 0;
         for (name, distribution, ends) in cases {
@@ -254,7 +254,7 @@ mod tests {
     #[test]
     fn moments_are_those_of_the_distributions() {
         let n = 2_000_000;
-        let moments = |d: &Distribution| {
+        let moments = |d: &InputDistribution| {
             let x = |i: usize| d.quantile((i as f64 + 0.5) / n as f64);
             let mean = (0..n).map(x).sum::<f64>() / n as f64;
             (mean, ((0..n).map(|i| (x(i) - mean).powi(2)).sum::<f64>() / n as f64).sqrt())
@@ -277,23 +277,23 @@ mod tests {
 
     #[test]
     fn a_truncated_distribution_keeps_its_shape_inside() {
-        let d = Truncated::new(Distribution::Normal([0.0, 1.0]), [0.0, f64::INFINITY]).unwrap();
+        let d = Truncated::new(InputDistribution::Normal([0.0, 1.0]), [0.0, f64::INFINITY]).unwrap();
         // Half a normal distribution: its median is the upper quartile of the whole one.
         assert!((d.quantile(0.5) - 0.6744897501960817).abs() < 1e-12);
         assert!(d.quantile(1e-12) >= 0.0 && d.quantile(1.0 - 1e-15).is_finite());
-        let fault = Truncated::new(Distribution::Uniform([0.0, 1.0]), [2.0, 3.0]).unwrap_err();
+        let fault = Truncated::new(InputDistribution::Uniform([0.0, 1.0]), [2.0, 3.0]).unwrap_err();
         assert!(fault.contains("probability 0.0e0"), "{fault}");
     }
 
     #[test]
     fn faults_of_numbers_are_told() {
         for d in [
-            Distribution::Normal([0.0, 0.0]),
-            Distribution::Lognormal([-1.0, 0.3]),
-            Distribution::Uniform([1.0, 1.0]),
-            Distribution::Triangular([0.0, 2.0, 1.0]),
-            Distribution::Table(vec![[0.0, 0.0], [1.0, 0.5]]),
-            Distribution::Table(vec![[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]]),
+            InputDistribution::Normal([0.0, 0.0]),
+            InputDistribution::Lognormal([-1.0, 0.3]),
+            InputDistribution::Uniform([1.0, 1.0]),
+            InputDistribution::Triangular([0.0, 2.0, 1.0]),
+            InputDistribution::Table(vec![[0.0, 0.0], [1.0, 0.5]]),
+            InputDistribution::Table(vec![[0.0, 0.0], [1.0, 0.5], [0.5, 1.0]]),
         ] {
             assert!(d.fault().is_some(), "{d:?}");
         }

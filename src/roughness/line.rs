@@ -8,7 +8,7 @@ const WRAPPED: usize = 24;
 
 /// Height r(s), m, at the way s, m.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Line {
+pub struct RoughnessLine {
     /// Places of the samples, m, ascending.
     at: Vec<f64>,
     height: Vec<f64>,
@@ -17,7 +17,7 @@ pub struct Line {
     period: Option<f64>,
 }
 
-impl Line {
+impl RoughnessLine {
     /// The natural cubic spline through `height` (m) `at` (m, ascending, at least 2). Beyond its ends it goes on level.
     pub fn through(at: Vec<f64>, height: Vec<f64>) -> Result<Self> {
         if at.len() < 2 || at.len() != height.len() || at.windows(2).any(|w| !(w[1] > w[0])) {
@@ -106,7 +106,7 @@ mod tests {
             let place = |i: usize| (i as f64 + 0.2 * (2.0 * PI * i as f64 / n as f64).sin()) * 0.5 / n as f64;
             let at: Vec<f64> = (0..=n).map(place).collect();
             let height: Vec<f64> = at.iter().map(|&s| f(s)).collect();
-            let line = Line::repeating(&at, &height, 0.5).unwrap();
+            let line = RoughnessLine::repeating(&at, &height, 0.5).unwrap();
             let worst = (0..997).map(|i| -3.0 + 0.0071 * i as f64).map(|s| (line.height(s) - f(s)).abs());
             let worst = worst.fold(0.0, f64::max);
             assert!(worst < before / 11.0, "{n}: {worst:e} after {before:e}");
@@ -118,11 +118,11 @@ mod tests {
     #[test]
     fn a_line_passes_its_samples_keeps_straight_lines_and_ends_level() {
         let at = vec![0.0, 0.1, 0.3, 0.35];
-        let line = Line::through(at.clone(), at.iter().map(|s| 2.0 - 3.0 * s).collect()).unwrap();
+        let line = RoughnessLine::through(at.clone(), at.iter().map(|s| 2.0 - 3.0 * s).collect()).unwrap();
         for (s, want) in [(-1.0, 2.0), (0.0, 2.0), (0.1, 1.7), (0.22, 1.34), (0.35, 0.95), (2.0, 0.95)] {
             assert!((line.height(s) - want).abs() < 1e-14, "at {s}: {}, expected {want}", line.height(s));
         }
         assert_eq!(line.moved(1.0).ends(), Some([1.0, 1.35]));
-        assert!(Line::through(vec![0.0, 0.2, 0.2], vec![0.0; 3]).is_err());
+        assert!(RoughnessLine::through(vec![0.0, 0.2, 0.2], vec![0.0; 3]).is_err());
     }
 }

@@ -13,6 +13,6 @@ pub(crate) mod shape;
 pub mod spectrum;
 mod surface;
 
-pub use line::Line;
-pub use shape::Shape;
-pub use surface::{RoughnessFeature, Surface};
+pub use line::RoughnessLine;
+pub use shape::RoughnessShape;
+pub use surface::{RoughSurfaces, RoughnessFeature};

@@ -1,7 +1,7 @@
 //! Measured roughness from text files: a line in two columns, or an area in a table.
 
-use super::Line;
-use crate::input::table::{Column, Pair, Table};
+use super::RoughnessLine;
+use crate::input::table::{Column, ColumnPair, NumberTable};
 use crate::{Error, Result};
 use std::path::Path;
 
@@ -41,7 +41,7 @@ pub struct Units {
 }
 
 /// Headings of a line.
-const COLUMNS: Pair = Pair {
+const COLUMNS: ColumnPair = ColumnPair {
     names: &[[&["way", "s", "x", "distance", "position"], &["height", "r", "z", "roughness"]]],
     expected: "the way and the height in two columns, under the headings way and height if there are any, or an area: \
                a first row of lateral places behind a word such as way, further rows of the way and the heights",
@@ -54,7 +54,7 @@ const COLUMNS: Pair = Pair {
 /// The file cannot be read; a row is not one of numbers or has another length; headings are others, or name another
 /// unit; places do not ascend; samples are missing; there are too few; what they say cannot be in the `units`.
 pub fn read(path: &Path, units: Units) -> Result<Measured> {
-    let table = Table::read(path)?;
+    let table = NumberTable::read(path)?;
     of_table(&table, units)
 }
 
@@ -62,7 +62,7 @@ pub fn read(path: &Path, units: Units) -> Result<Measured> {
 /// first row holds a word, or a number that is not used, and the lateral places; each other row its way and the
 /// heights.
 pub fn parse(name: &str, text: &str, units: Units) -> Result<Measured> {
-    of_table(&Table::parse(name, text)?, units)
+    of_table(&NumberTable::parse(name, text)?, units)
 }
 
 /// Way, lateral places and heights of a table, in the unit of the file, and what is first.
@@ -77,7 +77,7 @@ struct Samples {
 }
 
 impl Samples {
-    fn of(table: &Table, units: Units) -> Result<Self> {
+    fn of(table: &NumberTable, units: Units) -> Result<Self> {
         let places = table.heading_numbers().filter(|_| table.width() > 2);
         let area = places.is_some() || (table.width() > 2 && !table.has_headings());
         let line = match area {
@@ -128,7 +128,7 @@ fn refuse_other_units(name: &str, pair: &[Column; 2], units: Units) -> Result<()
 
 /// Refuses a first row that may be a sample as well as the lateral places of an area: its first number goes on in the
 /// others as the way does.
-fn refuse_sample_as_places(table: &Table) -> Result<()> {
+fn refuse_sample_as_places(table: &NumberTable) -> Result<()> {
     if table.rows() < 3 {
         return Ok(());
     }
@@ -145,7 +145,7 @@ fn refuse_sample_as_places(table: &Table) -> Result<()> {
     ))
 }
 
-fn of_table(table: &Table, units: Units) -> Result<Measured> {
+fn of_table(table: &NumberTable, units: Units) -> Result<Measured> {
     let name = table.name();
     let samples = Samples::of(table, units)?;
     let rows: Vec<usize> = (samples.first..table.rows()).collect();
@@ -214,7 +214,7 @@ impl Measured {
     }
 
     /// The spacing of the samples in words, those that are missing included; refuses gaps.
-    fn spacing(&self, table: &Table, rows: &[usize]) -> Result<String> {
+    fn spacing(&self, table: &NumberTable, rows: &[usize]) -> Result<String> {
         let steps: Vec<f64> = self.at.windows(2).map(|w| w[1] - w[0]).collect();
         let mut sorted = steps.clone();
         sorted.sort_by(f64::total_cmp);
@@ -286,12 +286,12 @@ impl Measured {
     /// Lines at the lateral places `y` (m) of a contact, which repeat themselves after `period` (m) if there is one,
     /// else begin at `from` (m): one for all of a line, one for each of an area. Between the columns of an area the
     /// heights are a spline, beyond the outermost those of these.
-    pub fn lines(&self, y: &[f64], period: Option<f64>, from: f64) -> Result<Vec<Line>> {
+    pub fn lines(&self, y: &[f64], period: Option<f64>, from: f64) -> Result<Vec<RoughnessLine>> {
         let across = |row: &Vec<f64>| -> Result<Vec<f64>> {
             if self.y.len() < 2 {
                 return Ok(vec![row[0]]);
             }
-            let line = Line::through(self.y.clone(), row.clone())?;
+            let line = RoughnessLine::through(self.y.clone(), row.clone())?;
             Ok(y.iter().map(|&v| line.height(v)).collect())
         };
         let rows = self.height.iter().map(across).collect::<Result<Vec<_>>>()?;
@@ -299,8 +299,8 @@ impl Measured {
             .map(|j| {
                 let height: Vec<f64> = rows.iter().map(|row| row[j]).collect();
                 match period {
-                    Some(period) => Line::repeating(&self.at, &height, period),
-                    None => Ok(Line::through(self.at.clone(), height)?.moved(from - self.at[0])),
+                    Some(period) => RoughnessLine::repeating(&self.at, &height, period),
+                    None => Ok(RoughnessLine::through(self.at.clone(), height)?.moved(from - self.at[0])),
                 }
             })
             .collect()

@@ -4,7 +4,7 @@ use std::f64::consts::PI;
 
 /// A shape about its middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shape {
+pub enum RoughnessShape {
     /// Waves of one length, from s = 0.
     Wave {
         /// m.
@@ -42,7 +42,7 @@ pub enum Shape {
     },
 }
 
-impl Shape {
+impl RoughnessShape {
     /// Depth of the chord of `length` in a circle of `radius`, m.
     pub fn chord(length: f64, radius: f64) -> f64 {
         length * length / (8.0 * radius)
@@ -52,14 +52,16 @@ impl Shape {
     pub fn height(&self, s: f64) -> f64 {
         let inside = |length: f64| 2.0 * s.abs() < length;
         match *self {
-            Shape::Wave { length, height } => height * (2.0 * PI * s / length).sin(),
-            Shape::Flat { length, depth } if inside(length) => -depth * (1.0 - (2.0 * s / length).powi(2)),
-            Shape::RoundedFlat { length, depth } if inside(length) => {
+            RoughnessShape::Wave { length, height } => height * (2.0 * PI * s / length).sin(),
+            RoughnessShape::Flat { length, depth } if inside(length) => -depth * (1.0 - (2.0 * s / length).powi(2)),
+            RoughnessShape::RoundedFlat { length, depth } if inside(length) => {
                 -0.5 * depth * (1.0 + (2.0 * PI * s / length).cos())
             }
-            Shape::Joint { length, depth } if inside(length) => -depth * (1.0 - 2.0 * s.abs() / length).powi(2),
-            Shape::Step { length, height } if inside(length) => 0.5 * height * (1.0 + (PI * s / length).sin()),
-            Shape::Step { height, .. } if s > 0.0 => height,
+            RoughnessShape::Joint { length, depth } if inside(length) => {
+                -depth * (1.0 - 2.0 * s.abs() / length).powi(2)
+            }
+            RoughnessShape::Step { length, height } if inside(length) => 0.5 * height * (1.0 + (PI * s / length).sin()),
+            RoughnessShape::Step { height, .. } if s > 0.0 => height,
             _ => 0.0,
         }
     }
@@ -72,8 +74,14 @@ mod tests {
     #[test]
     fn shapes_have_their_depth_in_the_middle_and_meet_the_surface_at_their_ends() {
         let (length, depth, height) = (0.05, 7e-4, 3e-4);
-        assert!((Shape::chord(0.05, 0.46) - (0.46 - (0.46f64.powi(2) - 0.025f64.powi(2)).sqrt())).abs() < 1e-6);
-        let all = [Shape::Flat { length, depth }, Shape::RoundedFlat { length, depth }, Shape::Joint { length, depth }];
+        assert!(
+            (RoughnessShape::chord(0.05, 0.46) - (0.46 - (0.46f64.powi(2) - 0.025f64.powi(2)).sqrt())).abs() < 1e-6
+        );
+        let all = [
+            RoughnessShape::Flat { length, depth },
+            RoughnessShape::RoundedFlat { length, depth },
+            RoughnessShape::Joint { length, depth },
+        ];
         for shape in all {
             assert_eq!(shape.height(0.0), -depth);
             for s in [-0.0249999999, 0.0249999999, 0.025, 0.3] {
@@ -85,10 +93,10 @@ mod tests {
         let quarter = all.map(|s| s.height(0.00625) / -depth);
         let want = [1.0 - 1.0 / 16.0, 0.5 + 0.5f64.sqrt() / 2.0, 9.0 / 16.0];
         assert!((0..3).all(|i| (quarter[i] - want[i]).abs() < 1e-12), "{quarter:?}");
-        let step = Shape::Step { length, height };
+        let step = RoughnessShape::Step { length, height };
         assert_eq!([-1.0, 0.0, 1.0].map(|s| step.height(s)), [0.0, 0.5 * height, height]);
         assert!((step.height(0.02499999) - height).abs() < 1e-12 && step.height(-0.02499999).abs() < 1e-12);
-        let wave = Shape::Wave { length: 0.2, height: 1e-6 };
+        let wave = RoughnessShape::Wave { length: 0.2, height: 1e-6 };
         assert!((wave.height(0.05) - 1e-6).abs() < 1e-18 && wave.height(0.1).abs() < 1e-18);
     }
 }

@@ -4,7 +4,7 @@
 //! ½)/10) to 10^(−(n − ½)/10) m. A level L is that of the mean square of the heights, 20 lg(r_rms / 1 µm) dB (EN
 //! 15610).
 
-use super::Line;
+use super::RoughnessLine;
 use crate::{Error, Result};
 use fourier::Number;
 use num_complex::Complex;
@@ -73,7 +73,7 @@ pub fn iso3095() -> Vec<Band> {
 /// # Errors
 /// A band that no wave of the length falls into, given twice or with a level that is no number; no bands; too many
 /// samples.
-pub fn line(bands: &[Band], length: f64, seed: u64) -> Result<Line> {
+pub fn line(bands: &[Band], length: f64, seed: u64) -> Result<RoughnessLine> {
     let shortest = bands.iter().map(|b| b.wavenumbers()[1]).fold(0.0, f64::max);
     let samples = (length * shortest * SAMPLES).ceil();
     if !(shortest > 0.0 && samples.is_finite() && samples <= MAX_SAMPLES) {
@@ -110,7 +110,7 @@ pub fn line(bands: &[Band], length: f64, seed: u64) -> Result<Line> {
     let mut height = vec![0.0; n];
     f64::real_inverse(n).process(&mut waves, &mut height).map_err(|e| Error::Defect(format!("roughness: {e}")))?;
     let at: Vec<f64> = (0..n).map(|i| i as f64 * length / n as f64).collect();
-    Line::repeating(&at, &height, length)
+    RoughnessLine::repeating(&at, &height, length)
 }
 
 /// Angles drawn evenly from [0, 2π) (SplitMix64; Steele, Lea and Flood, OOPSLA 2014).
@@ -131,7 +131,7 @@ mod tests {
     use super::*;
 
     /// Levels of a line in the bands, from samples of its own at places that are not its knots.
-    fn levels(line: &Line, length: f64, bands: &[Band]) -> Vec<f64> {
+    fn levels(line: &RoughnessLine, length: f64, bands: &[Band]) -> Vec<f64> {
         let n = 65536;
         let mut height: Vec<f64> = (0..n).map(|i| line.height(0.37 + i as f64 * length / n as f64)).collect();
         let plan = f64::real_forward(n);

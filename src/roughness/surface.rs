@@ -1,17 +1,17 @@
 //! The rough surfaces of both bodies on the grid of the contact, as they travel through it.
 
-use super::{Line, Shape};
+use super::{RoughnessLine, RoughnessShape};
 use std::f64::consts::FRAC_PI_2;
 
 /// Something that one of the surfaces has.
 #[derive(Debug, Clone, PartialEq)]
 pub enum RoughnessFeature {
     /// The same line across the whole contact, or one for each of its lateral places, `[1]` or `[ny]`.
-    Lines(Vec<Line>),
+    Lines(Vec<RoughnessLine>),
     /// A shape with its middle `at` this way, m; of a wheel at every turn, after `period`, m.
     Shape {
         /// The shape.
-        shape: Shape,
+        shape: RoughnessShape,
         /// m.
         at: f64,
         /// m.
@@ -39,7 +39,7 @@ impl RoughnessFeature {
 
 /// Both surfaces.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Surface {
+pub struct RoughSurfaces {
     /// Rolling speed V, m/s.
     pub speed: f64,
     /// Way over which all heights grow from nothing, m.
@@ -48,7 +48,7 @@ pub struct Surface {
     pub parts: [Vec<RoughnessFeature>; 2],
 }
 
-impl Surface {
+impl RoughSurfaces {
     /// Share of the heights that has come in at the time `t`, s.
     fn share(&self, t: f64) -> f64 {
         let way = self.speed * t;
@@ -89,17 +89,21 @@ impl Surface {
 mod tests {
     use super::*;
 
-    fn ramp(slope: f64) -> Line {
-        Line::through(vec![-10.0, 10.0], vec![-10.0 * slope, 10.0 * slope]).unwrap()
+    fn ramp(slope: f64) -> RoughnessLine {
+        RoughnessLine::through(vec![-10.0, 10.0], vec![-10.0 * slope, 10.0 * slope]).unwrap()
     }
 
     /// Roughness ahead, at −x, comes to x after x/V: a bump of either body closes the gap there.
     #[test]
     fn material_flows_towards_plus_x_and_bumps_close_the_gap() {
-        let bump = |at| RoughnessFeature::Shape { shape: Shape::Joint { length: 0.2, depth: -1e-3 }, at, period: None };
+        let bump = |at| RoughnessFeature::Shape {
+            shape: RoughnessShape::Joint { length: 0.2, depth: -1e-3 },
+            at,
+            period: None,
+        };
         let x = [-0.1, 0.0, 0.1];
         for body in [0, 1] {
-            let mut surface = Surface { speed: 2.0, onset: 0.0, parts: [vec![], vec![]] };
+            let mut surface = RoughSurfaces { speed: 2.0, onset: 0.0, parts: [vec![], vec![]] };
             surface.parts[body].push(bump(0.3));
             let mut seen = Vec::new();
             for t in [0.1, 0.15, 0.2] {
@@ -115,7 +119,7 @@ mod tests {
 
     #[test]
     fn heights_come_in_slowly_repeat_with_the_turns_and_differ_across() {
-        let mut surface = Surface {
+        let mut surface = RoughSurfaces {
             speed: 1.0,
             onset: 0.5,
             parts: [vec![RoughnessFeature::Lines(vec![ramp(1.0), ramp(3.0)])], vec![]],
@@ -126,7 +130,7 @@ mod tests {
         let mut gap = vec![0.0; 4];
         surface.travel(1.0, &[0.0, 0.5], &[10.0; 4], &mut gap);
         assert!(gap.iter().zip([9.0, 9.5, 7.0, 8.5]).all(|(g, want)| (g - want).abs() < 1e-12), "{gap:?}");
-        let flat = Shape::Flat { length: 0.1, depth: 1.0 };
+        let flat = RoughnessShape::Flat { length: 0.1, depth: 1.0 };
         surface.parts[1].push(RoughnessFeature::Shape { shape: flat, at: 0.2, period: Some(3.0) });
         for turn in [1.0, 2.0, 7.0] {
             let s = 0.2 + 3.0 * turn;

@@ -296,7 +296,7 @@ impl ThirdOctaves {
 
 #[cfg(test)]
 mod tests {
-    use super::super::radiators::{Key, Patch};
+    use super::super::radiators::{Key, RadiatingPatch};
     use super::super::spectrum::Welch;
     use super::*;
     use std::collections::BTreeMap;
@@ -315,8 +315,8 @@ mod tests {
     /// A small piston of 1 cm² with one mode of unit displacement.
     fn piston() -> Radiators {
         let area = 1e-4;
-        let patch = Patch { area, moment: [0.0; 3], flow: vec![area] };
-        let patches: BTreeMap<Key, Patch> = [([0; 4], patch)].into();
+        let patch = RadiatingPatch { area, moment: [0.0; 3], flow: vec![area] };
+        let patches: BTreeMap<Key, RadiatingPatch> = [([0; 4], patch)].into();
         Radiators::new(patches, 1e-3, Mat::from_fn(1, 1, |_, _| area))
     }
 
@@ -358,7 +358,8 @@ mod tests {
     fn modes_that_move_against_each_other_do_not_add_up() {
         // Two modes with the same flow, in phase and in opposition.
         let area = 1e-4;
-        let patches: BTreeMap<Key, Patch> = [([0; 4], Patch { area, moment: [0.0; 3], flow: vec![area; 2] })].into();
+        let patches: BTreeMap<Key, RadiatingPatch> =
+            [([0; 4], RadiatingPatch { area, moment: [0.0; 3], flow: vec![area; 2] })].into();
         let two = Radiators::new(patches, 1e-3, Mat::from_fn(2, 2, |_, _| area));
         let radiation = radiation(&two, Bands::spanning(500.0, 1000.0));
         let one = Complex64::new(0.3, -0.4);
@@ -377,11 +378,11 @@ mod tests {
         assert!((fine - AIR.speed / bands.highest() / 3.0).abs() < 1e-12, "{fine}");
         // A square plate of patches much smaller than that.
         let (size, n) = (0.25 * fine, 32);
-        let mut patches: BTreeMap<Key, Patch> = BTreeMap::new();
+        let mut patches: BTreeMap<Key, RadiatingPatch> = BTreeMap::new();
         for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
             let (area, at) = (size * size, [i, j].map(|k| size * (k as f64 + 0.5)));
             let flow = vec![area * (1.0 + (0.3 * i as f64).sin())];
-            patches.insert([0, i, j, 0], Patch { area, moment: [area * at[0], area * at[1], 0.0], flow });
+            patches.insert([0, i, j, 0], RadiatingPatch { area, moment: [area * at[0], area * at[1], 0.0], flow });
         }
         let plate = Radiators::new(patches, size, Mat::from_fn(1, 1, |_, _| 1.0));
         for coarsest in [1.0, 3.0 * fine] {

@@ -10,7 +10,7 @@ pub type Key = [i64; 4];
 
 /// One patch.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Patch {
+pub struct RadiatingPatch {
     /// Area, m².
     pub area: f64,
     /// Area times the position of its centre, m³.
@@ -22,7 +22,7 @@ pub struct Patch {
 /// The patches of a body in one frame, and the mean square of its modes' normal displacements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Radiators {
-    patches: BTreeMap<Key, Patch>,
+    patches: BTreeMap<Key, RadiatingPatch>,
     /// Edge of the lattice's cubes, m.
     size: f64,
     /// ∫ φ_n,i φ_n,j dS, m²/kg, `[m, m]`.
@@ -31,7 +31,7 @@ pub struct Radiators {
 
 impl Radiators {
     /// Patches by their places in a lattice of cubes with edge `size` (m), and ∫ φ_n,i φ_n,j dS (m²/kg).
-    pub fn new(patches: BTreeMap<Key, Patch>, size: f64, square: Mat<f64>) -> Self {
+    pub fn new(patches: BTreeMap<Key, RadiatingPatch>, size: f64, square: Mat<f64>) -> Self {
         Self { patches, size, square }
     }
 
@@ -63,7 +63,7 @@ impl Radiators {
 
     /// The same with the patches of 2 × 2 × 2 cubes taken together.
     pub fn coarser(&self) -> Self {
-        let mut patches: BTreeMap<Key, Patch> = BTreeMap::new();
+        let mut patches: BTreeMap<Key, RadiatingPatch> = BTreeMap::new();
         for (key, patch) in &self.patches {
             let [part, i, j, k] = *key;
             add(&mut patches, [part, i.div_euclid(2), j.div_euclid(2), k.div_euclid(2)], patch.clone());
@@ -82,7 +82,7 @@ impl Radiators {
         let m = self.square.nrows();
         let k = air.wave_number(f);
         let mut half = Mat::<f64>::zeros(m, m);
-        let all: Vec<(i64, &Patch)> = self.patches.iter().map(|(key, p)| (key[0], p)).collect();
+        let all: Vec<(i64, &RadiatingPatch)> = self.patches.iter().map(|(key, p)| (key[0], p)).collect();
         for part in all.chunk_by(|a, b| a.0 == b.0) {
             // One list for each coordinate.
             let at: [Vec<f64>; 3] = std::array::from_fn(|c| part.iter().map(|(_, p)| p.moment[c] / p.area).collect());
@@ -147,7 +147,7 @@ fn sine(x: f64) -> f64 {
 const BLOCK: usize = 256;
 
 /// Adds a patch to those at its place.
-pub fn add(patches: &mut BTreeMap<Key, Patch>, key: Key, patch: Patch) {
+pub fn add(patches: &mut BTreeMap<Key, RadiatingPatch>, key: Key, patch: RadiatingPatch) {
     match patches.get_mut(&key) {
         Some(p) => {
             p.area += patch.area;

@@ -1,7 +1,7 @@
 //! The free surface of a body as radiators of sound: its boundary facets, divided where the surface has an edge, and
 //! the flow of the modes through patches of them.
 
-use super::radiators::{add, Key, Patch};
+use super::radiators::{add, Key, RadiatingPatch};
 use super::Radiators;
 use crate::body::fe::BodyModes;
 use crate::body::Fields;
@@ -192,7 +192,7 @@ pub fn radiators(world: &World, body: &dyn Fields, modes: &BodyModes, size: f64)
     let mut patches = BTreeMap::new();
     for (p, key) in keys.chunks_exact(4).enumerate() {
         let g = &geometry[4 * p..4 * p + 4];
-        let patch = Patch { area: g[0], moment: [g[1], g[2], g[3]], flow: flow[m * p..m * (p + 1)].to_vec() };
+        let patch = RadiatingPatch { area: g[0], moment: [g[1], g[2], g[3]], flow: flow[m * p..m * (p + 1)].to_vec() };
         add(&mut patches, [key[0], key[1], key[2], key[3]], patch);
     }
     patches.retain(|_, p| p.area > 0.0);

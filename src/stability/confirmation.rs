@@ -14,7 +14,7 @@ use super::reduced::{assemble, Eigenpair};
 use crate::contact::LinearContact;
 use crate::model::CoupledModel;
 use crate::petsc::shell::ShellOperator;
-use crate::petsc::two_sided::{two_sided, Start, TwoSidedOptions, TwoSidedPair};
+use crate::petsc::two_sided::{two_sided, StartVectors, TwoSidedOptions, TwoSidedPair};
 use crate::petsc::{Petsc, Span};
 use crate::{Error, Result};
 use faer::linalg::solvers::{PartialPivLu, Solve};
@@ -107,9 +107,11 @@ impl Problem<'_> {
         // From vectors that are eigenvectors but for rounding the rest of the space is rounding too, and where the left
         // one is not exact enough for a small space, a wide one may converge on another eigenvalue: the second
         // attempt begins with random vectors.
-        let given = Start { value: target, right: asked.right, left: asked.left };
+        let given = StartVectors { value: target, right: asked.right, left: asked.left };
         let mut other = None;
-        for (start, space) in [(given, asked.effort.1), (Start { value: target, ..Start::default() }, WIDE)] {
+        for (start, space) in
+            [(given, asked.effort.1), (StartVectors { value: target, ..StartVectors::default() }, WIDE)]
+        {
             let pair = match two_sided(self.petsc, operator, start, &TwoSidedOptions { space, ..options.clone() }) {
                 Err(Error::NotConverged(_)) => continue,
                 pair => pair?,

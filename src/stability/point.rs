@@ -10,8 +10,8 @@
 //! compliance is all in the spring and in the law: what is left of the bodies' compliance without the modes is not
 //! counted again. Creepages other than those of translation stay as they are.
 
-use super::reduced::{Eigenpair, Pencil, Root, Scales};
-use crate::contact::baseline::{Ellipse, Footprint, LinearForce};
+use super::reduced::{Eigenpair, Root, ScaledPencil, Scales};
+use crate::contact::baseline::{EllipticContact, Footprint, LinearForce};
 use crate::model::CoupledModel;
 use crate::{Error, Result};
 use faer::Mat;
@@ -37,7 +37,7 @@ pub struct PointContact<'a> {
 /// Eigenvalues by laws of point contact.
 pub struct Comparison {
     /// The contact.
-    pub ellipse: Ellipse,
+    pub ellipse: EllipticContact,
     /// For each of [`crate::contact::baseline::LAWS`].
     pub laws: Vec<OfLaw>,
 }
@@ -82,7 +82,7 @@ pub fn eigenpairs(bodies: &CoupledModel, contact: &PointContact, tolerance: f64)
 }
 
 /// The matrix of (q, q̇, δμ).
-fn assemble(bodies: &CoupledModel, contact: &PointContact) -> Pencil {
+fn assemble(bodies: &CoupledModel, contact: &PointContact) -> ScaledPencil {
     let m = bodies.omega.len();
     let over = |list: &[(usize, f64)], c: usize, k: usize| -> f64 {
         list.iter().map(|&(node, share)| share * bodies.modes[(3 * node + c, k)]).sum()
@@ -124,7 +124,7 @@ fn assemble(bodies: &CoupledModel, contact: &PointContact) -> Pencil {
             a[(2 * m, m + j)] = (x * mean[0][j] + y * mean[1][j]) * rate;
         }
     }
-    Pencil { a, e: Mat::identity(n, n), scales: Scales { rate, force: unit, rows: Vec::new() }, parts: None }
+    ScaledPencil { a, e: Mat::identity(n, n), scales: Scales { rate, force: unit, rows: Vec::new() }, parts: None }
 }
 
 /// For each of `found` the place of its partner in `others`, the mode that moves alike: each has one at most, the
@@ -154,15 +154,15 @@ mod tests {
     use super::*;
     use crate::body::ReducedBody;
     use crate::contact::baseline::{linear, shen_hedrick_elkins, Coefficients};
-    use crate::contact::{Creepage, LinearContact, LinearMemory, LinearNode, Slip, Tangent};
+    use crate::contact::{ContactCreepage, LinearContact, LinearMemory, LinearNode, Slip, Tangent};
     use crate::friction::{Exponential, FrictionLaw};
     use crate::stability::reduced;
 
     const SPEED: f64 = 10.0;
 
-    fn ellipse() -> Ellipse {
+    fn ellipse() -> EllipticContact {
         let kalker = Coefficients { longitudinal: 4.1, lateral: 3.7, spin: 1.5 };
-        Ellipse { a: 5e-3, b: 4e-3, load: 7e4, friction: 0.3, shear: 8e10, plane: 1.1e11, kalker }
+        EllipticContact { a: 5e-3, b: 4e-3, load: 7e4, friction: 0.3, shear: 8e10, plane: 1.1e11, kalker }
     }
 
     /// Modes (x, y, n) at one node on a rigid counter-body, with the residual compliance `local` along the normal.
@@ -183,8 +183,8 @@ mod tests {
         Footprint { mean: vec![(0, 1.0)], slope: Vec::new() }
     }
 
-    fn lateral(lateral: f64) -> Creepage {
-        Creepage { longitudinal: 0.0, lateral, spin: 0.0 }
+    fn lateral(lateral: f64) -> ContactCreepage {
+        ContactCreepage { longitudinal: 0.0, lateral, spin: 0.0 }
     }
 
     fn found(bodies: &CoupledModel, place: &Footprint, friction: LinearForce) -> Vec<C> {
@@ -205,7 +205,7 @@ mod tests {
         let bodies = body(&[omega], c, &[psi], 0.0);
         let constant = FrictionLaw::Constant(0.3);
         for (law, eta) in [
-            (linear as fn(&Ellipse, &Creepage) -> [f64; 2], 0.001),
+            (linear as fn(&EllipticContact, &ContactCreepage) -> [f64; 2], 0.001),
             (shen_hedrick_elkins, 0.004),
             (shen_hedrick_elkins, -0.03),
         ] {
@@ -255,7 +255,7 @@ mod tests {
     /// falls and is remembered.
     #[test]
     fn full_sliding_is_that_of_one_node() {
-        let coulomb = |e: &Ellipse, c: &Creepage| {
+        let coulomb = |e: &EllipticContact, c: &ContactCreepage| {
             let v = c.longitudinal.hypot(c.lateral);
             [c.longitudinal, c.lateral].map(|c| -e.friction * e.load * c / v)
         };
@@ -264,7 +264,7 @@ mod tests {
         let falling = FrictionLaw::from(Exponential::new(0.4, 0.2, 0.3)).remembering(2e-4);
         for law in [FrictionLaw::Constant(0.4), falling] {
             for (xi, eta) in [(0.0, 0.02), (0.0, -0.02), (0.01, -0.015)] {
-                let creepage = Creepage { longitudinal: xi, lateral: eta, spin: 0.0 };
+                let creepage = ContactCreepage { longitudinal: xi, lateral: eta, spin: 0.0 };
                 let velocity = SPEED * f64::hypot(xi, eta);
                 let direction = [xi, eta].map(|c| c * SPEED / velocity);
                 let slip = Slip::steady(ellipse().load, direction, velocity, law.coefficient(velocity), 0.0);

@@ -26,7 +26,7 @@ use crate::{Error, Result};
 
 mod pencil;
 
-pub(super) use pencil::{images, Pencil, Root, Scales};
+pub(super) use pencil::{images, Root, ScaledPencil, Scales};
 
 /// One eigenvalue of the linearised system with its mode.
 #[derive(Debug, Clone)]
@@ -277,7 +277,7 @@ pub fn sharpness(bodies: &CoupledModel, contact: &LinearContact) -> Result<f64> 
 }
 
 /// How the contact ties amplitudes q and its own unknowns f together, each as a function of (q, f).
-pub(super) struct Coupling {
+pub(super) struct ContactCoupling {
     /// Forces on the amplitudes, `[m, m + nf]`.
     pub g: Mat<f64>,
     /// b·w of each unknown, `[nf, m + nf]`.
@@ -286,7 +286,7 @@ pub(super) struct Coupling {
     pub x: Mat<f64>,
 }
 
-impl Coupling {
+impl ContactCoupling {
     /// System of the closed nodes of `contact` with these unknowns.
     fn new(bodies: View<'_>, contact: &LinearContact, unknowns: &[Yielding]) -> Result<Self> {
         let (m, k, nf) = (bodies.modes.ncols(), contact.nodes.len(), unknowns.len());
@@ -331,7 +331,8 @@ pub(super) struct ContactRows {
 /// Contact rows of `contact` on bodies that move as `bodies` says.
 pub(super) fn contact_rows(bodies: View<'_>, contact: &LinearContact) -> Result<ContactRows> {
     let (m, unknowns) = (bodies.modes.ncols(), yielding(contact));
-    let Coupling { g: forces, w: mut by_rate, x: mut at_rest } = Coupling::new(bodies, contact, &unknowns)?;
+    let ContactCoupling { g: forces, w: mut by_rate, x: mut at_rest } =
+        ContactCoupling::new(bodies, contact, &unknowns)?;
     for (i, u) in unknowns.iter().enumerate() {
         by_rate[(i, m + i)] += u.storage;
         at_rest[(i, m + i)] += u.coefficient;
@@ -343,13 +344,13 @@ pub(super) fn contact_rows(bodies: View<'_>, contact: &LinearContact) -> Result<
 }
 
 /// The pencil of `contact`, in the units given or in its own.
-pub(super) fn assemble(bodies: &CoupledModel, contact: &LinearContact, given: Option<&Scales>) -> Result<Pencil> {
+pub(super) fn assemble(bodies: &CoupledModel, contact: &LinearContact, given: Option<&Scales>) -> Result<ScaledPencil> {
     check(bodies, contact)?;
     let m = bodies.omega.len();
     let unknowns = yielding(contact);
     let nf = unknowns.len();
 
-    let Coupling { g, w, x } = Coupling::new(bodies.into(), contact, &unknowns)?;
+    let ContactCoupling { g, w, x } = ContactCoupling::new(bodies.into(), contact, &unknowns)?;
     let stiffness = Mat::from_fn(m, m, |i, j| bodies.stiffness.get(i, j) - g[(i, j)]);
     let own = || {
         let norm = stiffness.norm_l2() / (m.max(1) as f64).sqrt();
@@ -417,7 +418,7 @@ pub(super) fn assemble(bodies: &CoupledModel, contact: &LinearContact, given: Op
     }
     // With a contact that is rigid but for rounding the elimination would spread the rounding.
     let parts = (!rigid(bodies, contact)).then_some(nf);
-    Ok(Pencil { a, e, scales: Scales { rate, force, rows }, parts })
+    Ok(ScaledPencil { a, e, scales: Scales { rate, force, rows }, parts })
 }
 
 /// The largest entry of both matrices in each row from `first` on.

@@ -1,7 +1,7 @@
 //! The least stable eigenvalue alone, where one state after the other is looked at: all eigenvalues, but the vector
 //! of that one only, by inverse iteration. Vectors are most of the work of a dense eigenproblem.
 
-use super::reduced::{assemble, eigenpairs, images, Eigenpair, Pencil};
+use super::reduced::{assemble, eigenpairs, images, Eigenpair, ScaledPencil};
 use crate::contact::LinearContact;
 use crate::model::CoupledModel;
 use crate::Result;
@@ -52,7 +52,7 @@ pub fn rightmost(
 
 /// The vector of norm 1 of the eigenvalue `value` of `pencil` that inverse iteration finds from `start`, `[n, 1]`, and
 /// the backward error of both.
-pub(super) fn vector(pencil: &Pencil, value: C, start: Mat<C>) -> (Vec<C>, f64) {
+pub(super) fn vector(pencil: &ScaledPencil, value: C, start: Mat<C>) -> (Vec<C>, f64) {
     let n = pencil.a.nrows();
     // Just beside it the matrix can be factored.
     let beside = value + C::new(1e-13, 1e-13) * value.norm();

@@ -24,7 +24,7 @@ use crate::Result;
 use errors::{Scaled, Vectors};
 use faer::Mat;
 use interpolated::Interpolated;
-use modal::Modes;
+use modal::SecularModes;
 use num_complex::Complex;
 use small::Lu;
 use std::f64::consts::{FRAC_PI_2, PI};
@@ -45,7 +45,7 @@ mod terms;
 use condensed::Condensed;
 pub use continued::{continued, ContinuedSpectrum, Count, KnownSpectrum};
 use count::left;
-pub use last::{begin_at, State};
+pub use last::{begin_at, LastSpectrum};
 use last::{Last, LAST};
 
 type C = Complex<f64>;
@@ -135,7 +135,7 @@ fn inside(bodies: &CoupledModel, contact: &LinearContact, ratio: f64) -> Result<
 
 /// The problem in what the contact sees.
 struct Secular {
-    modes: Rc<Modes>,
+    modes: Rc<SecularModes>,
     contact: Condensed,
     /// K and what makes it, along the frequencies of the modes.
     along: Interpolated,
@@ -164,7 +164,7 @@ impl Secular {
         }
         let angle = FRAC_PI_2 + ratio.asin();
         let within = FRAC_PI_2 + (ratio + MARGIN).asin();
-        let Some((modes, shapes)) = Modes::build(bodies, &places(contact), within) else { return Ok(None) };
+        let Some((modes, shapes)) = SecularModes::build(bodies, &places(contact), within) else { return Ok(None) };
         let [low, high] = modes.range();
         let rate = (low * high).sqrt();
         let view = View { modes: shapes.as_ref(), residual: bodies.residual.as_ref() };

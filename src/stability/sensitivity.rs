@@ -12,7 +12,7 @@ use faer::linalg::solvers::DenseSolveCore;
 use faer::Mat;
 use num_complex::Complex;
 
-use super::reduced::{assemble, images, Eigenpair, Pencil, Root, Scales};
+use super::reduced::{assemble, images, Eigenpair, Root, ScaledPencil, Scales};
 use crate::contact::LinearContact;
 use crate::model::CoupledModel;
 use crate::{Error, Result};
@@ -159,14 +159,14 @@ impl Linearisation {
 /// Left vectors z of the eigenvalues `values`, zᵀE x = 1 with the right ones, columns like `right`. Vectors of
 /// eigenvalues that lie together are made dual to their right ones.
 fn left_vectors(
-    pencil: &Pencil,
+    pencil: &ScaledPencil,
     values: &[Complex<f64>],
     right: &Mat<Complex<f64>>,
     tolerance: f64,
 ) -> Result<Mat<Complex<f64>>> {
     let (a, e) = (pencil.a.transpose().to_owned(), pencil.e.transpose().to_owned());
     // Turned round it is no pencil of modes and contact any more.
-    let turned = Pencil { a, e, scales: pencil.scales.clone(), parts: None };
+    let turned = ScaledPencil { a, e, scales: pencil.scales.clone(), parts: None };
     let mut found: Vec<Root> = turned.roots(tolerance)?;
     let n = right.nrows();
     let zero = Mat::<f64>::zeros(n, n);

@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 /// α(x) = α_max (s/L_a)² over the length L_a before either end of a period L that has the contact in its middle, s
 /// from where the end begins: forces −α(x) times mass times velocity.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ends {
+pub struct AbsorbingEnds {
     /// The period L, m.
     pub period: f64,
     /// Length L_a of either end, m; at most half the period.
@@ -19,7 +19,7 @@ pub struct Ends {
     pub along: f64,
 }
 
-impl Ends {
+impl AbsorbingEnds {
     /// ∫α cos(2πmx/L) dx over the period, m/s.
     fn wave(&self, m: usize) -> f64 {
         let (q, l) = (2.0 * PI * m as f64 / self.period, self.length);
@@ -59,7 +59,7 @@ mod tests {
 
     #[test]
     fn the_integrals_are_those_of_summation() {
-        let ends = Ends { period: 14.0, length: 5.0, damping: 6000.0, along: 0.0 };
+        let ends = AbsorbingEnds { period: 14.0, length: 5.0, damping: 6000.0, along: 0.0 };
         let steps = 200_000;
         let dx = ends.period / steps as f64;
         let sum = |f: &dyn Fn(f64) -> f64| -> f64 {

@@ -20,8 +20,8 @@
 //! Centrifugal forces on the ring pull at the section through its springs; the tension of the springs adds no
 //! stiffness.
 
-use super::{Forms, Section};
-use crate::fem::Material;
+use super::{CrossSection, Forms};
+use crate::fem::ElasticMaterial;
 use faer::{Mat, MatRef};
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -51,7 +51,7 @@ pub struct Wire {
     /// Diameter, m.
     pub diameter: f64,
     /// Material.
-    pub material: Material,
+    pub material: ElasticMaterial,
 }
 
 /// Block of stiffness between (U, V, W) of two nodes, N/m per radian.
@@ -122,7 +122,7 @@ pub(super) struct Rings {
 
 impl Rings {
     /// Rings of `attachments`, each of which becomes a node of `section`, at the place of it that is nearest.
-    pub fn new(section: &mut Section, attachments: &[Attachment]) -> Self {
+    pub fn new(section: &mut CrossSection, attachments: &[Attachment]) -> Self {
         let mut carried = Vec::new();
         for attachment in attachments {
             let Some(at) = section.nearest(attachment.place) else { continue };
@@ -250,7 +250,7 @@ pub struct NearestPlace {
 /// Most Newton steps to a place in an element.
 const STEPS: usize = 20;
 
-impl Section {
+impl CrossSection {
     /// Place of the section that is nearest to `place`, (r, y), m.
     pub fn nearest(&self, place: [f64; 2]) -> Option<NearestPlace> {
         let apart = |x: [f64; 2]| (x[0] - place[0]).hypot(x[1] - place[1]);
@@ -292,7 +292,7 @@ impl Section {
     }
 
     /// Place (r, y) of an element with these values of its shape functions, m.
-    fn interpolated(&self, element: &super::Element, values: &[f64]) -> [f64; 2] {
+    fn interpolated(&self, element: &super::SectionElement, values: &[f64]) -> [f64; 2] {
         [0, 1].map(|c| element.nodes.iter().zip(values).map(|(&k, v)| v * self.nodes[k][c]).sum())
     }
 

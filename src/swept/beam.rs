@@ -1,7 +1,7 @@
 //! A Timoshenko beam on what carries a rail: its point receptance in closed form, and that of a piece of it with
 //! absorbing ends. The rail's own figures are compared with it, and it tells how long a rail has to be.
 
-use super::{Ends, Path, Track};
+use super::{AbsorbingEnds, Path, RailTrack};
 use faer::linalg::solvers::Solve;
 use faer::Mat;
 use num_complex::Complex;
@@ -76,7 +76,7 @@ impl Beam {
     }
 
     /// The same in the middle of the period of `ends`, from the waves of the orders up to `last`.
-    pub fn finite(&self, omega: f64, foundation: C64, ends: &Ends, last: usize) -> C64 {
+    pub fn finite(&self, omega: f64, foundation: C64, ends: &AbsorbingEnds, last: usize) -> C64 {
         let At { bend, shear, carried, turned, .. } = self.at(omega, foundation);
         let path = Path::Line(ends.period);
         let size = last + 1;
@@ -121,7 +121,7 @@ impl Beam {
     }
 
     /// The same in the middle of the period of `ends` that have dashpots.
-    pub fn finite_along(&self, omega: f64, foundation: C64, ends: &Ends) -> C64 {
+    pub fn finite_along(&self, omega: f64, foundation: C64, ends: &AbsorbingEnds) -> C64 {
         let (resistance, q) = self.compressed(omega, foundation);
         let dashpot = C64::I * omega * self.density * self.area * ends.along;
         // There and back, the end sends back this part of a wave.
@@ -130,10 +130,11 @@ impl Beam {
     }
 }
 
-impl Track {
+impl RailTrack {
     /// Its complex stiffness at an angular frequency in a direction, 0 vertical, 1 longitudinal, 2 lateral; N/m².
     pub fn stiffness(&self, omega: f64, direction: usize) -> C64 {
-        let of = |layer: &super::Layer| Complex::new(layer.stiffness[direction], omega * layer.viscosity[direction]);
+        let of =
+            |layer: &super::TrackLayer| Complex::new(layer.stiffness[direction], omega * layer.viscosity[direction]);
         let pad = of(&self.pad);
         match &self.sleeper {
             None => pad,
@@ -188,8 +189,8 @@ mod tests {
             let foundation = Complex::new(200e6, 40e6);
             let wanted = RAIL.infinite(omega, foundation);
             let (with, without) = (
-                Ends { period: 14.0, length: 5.0, damping: 6000.0, along: 0.0 },
-                Ends { period: 40.0, length: 5.0, damping: 0.0, along: 0.0 },
+                AbsorbingEnds { period: 14.0, length: 5.0, damping: 6000.0, along: 0.0 },
+                AbsorbingEnds { period: 40.0, length: 5.0, damping: 0.0, along: 0.0 },
             );
             let orders = |period: f64| (period * 8.0) as usize;
             for (worst, ends) in worst.iter_mut().zip([with, without]) {

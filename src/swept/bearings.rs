@@ -10,8 +10,8 @@
 //! The stiffness K_1 of both families has the mean of k_x and k_z; what they differ by couples modes of one family,
 //! ±(k_z − k_x)/2 in the modal stiffness.
 
-use super::forms::Block;
-use super::{Forms, Section};
+use super::forms::NodeStiffness;
+use super::{CrossSection, Forms};
 use faer::{Mat, MatRef};
 use std::collections::HashMap;
 use std::f64::consts::PI;
@@ -58,7 +58,7 @@ fn pairs_of(shares: &[(usize, f64)], pair: impl Fn(usize, usize) -> Option<usize
 
 impl Bearings {
     /// The bearings at the places of `section` nearest to theirs; `pair` has the index of each pair of nodes.
-    pub fn new(section: &Section, bearings: &[Bearing], pair: impl Fn(usize, usize) -> Option<usize>) -> Self {
+    pub fn new(section: &CrossSection, bearings: &[Bearing], pair: impl Fn(usize, usize) -> Option<usize>) -> Self {
         let of = |bearing: &Bearing| {
             let near = section.nearest(bearing.place)?;
             let shares: Vec<(usize, f64)> = near.shares.into_iter().filter(|(_, value)| *value != 0.0).collect();
@@ -92,7 +92,7 @@ impl Bearings {
 
     /// Adds the stiffness of the springs at the order `n`, of each radian, by pairs of nodes: of the order 1 with the
     /// mean of k_x and k_z.
-    pub fn add_stiffness(&self, n: usize, all: &mut HashMap<usize, Block>) {
+    pub fn add_stiffness(&self, n: usize, all: &mut HashMap<usize, NodeStiffness>) {
         let m = mean(n);
         let whole = if n == 0 { 2.0 * PI } else { PI };
         for Carried { bearing: Bearing { stiffness: [along, lateral, vertical], .. }, pairs, .. } in &self.all {

@@ -5,9 +5,9 @@
 //! that arc or on the face below,
 //! nearer to the crown, so that the contact lies within a side of the block.
 
-use super::builtin::{Focus, Lines};
-use super::{Beam, HeadPoint, Path, Section};
-use crate::fem::Material;
+use super::builtin::{Focus, SectionLines};
+use super::{Beam, CrossSection, HeadPoint, Path};
+use crate::fem::ElasticMaterial;
 use crate::rails::{Head, Rail};
 use crate::{Error, Result};
 use std::cell::RefCell;
@@ -209,11 +209,11 @@ impl BuiltRail {
 
     /// The beam that it is, vertically or laterally, by its published figures; the part of the area that shears is none
     /// of them for most rails.
-    pub fn beam(&self, material: Material, lateral: bool, loss: f64) -> Option<Beam> {
+    pub fn beam(&self, material: ElasticMaterial, lateral: bool, loss: f64) -> Option<Beam> {
         let published = &self.rail.published;
         let sheared = published.sheared?[usize::from(lateral)];
         let inertia = published.inertia[usize::from(lateral)];
-        let Material { young, density, .. } = material;
+        let ElasticMaterial { young, density, .. } = material;
         Some(Beam { young, shear: material.shear(), density, area: published.area, inertia, sheared, loss })
     }
 
@@ -264,19 +264,19 @@ impl BuiltRail {
     }
 
     /// The mesh for the modes, in the frame of the surface at the contact point.
-    pub fn for_modes(&self) -> Result<Section> {
+    pub fn for_modes(&self) -> Result<CrossSection> {
         self.section(Focus { size: LARGEST, reach: 0.0, corner: LARGEST, largest: LARGEST })
     }
 
     /// The mesh for loads spread over circles of the radius `radius`, m, and more, in the same frame.
-    pub fn for_loads(&self, radius: f64) -> Result<Section> {
+    pub fn for_loads(&self, radius: f64) -> Result<CrossSection> {
         self.section(Focus { size: radius / 3.0, reach: 1.5 * radius, corner: FINE, largest: FINE })
     }
 
     /// The section with the groups `foot`, its lower side, and `head`, the running line, in the frame of the surface at
     /// the contact point. The
     /// running line of a contact on the corner goes on down the faces.
-    pub fn section(&self, focus: Focus) -> Result<Section> {
+    pub fn section(&self, focus: Focus) -> Result<CrossSection> {
         let (rail, corner) = (self.rail, self.on_corner());
         let wide = rail.head.to_angle(CORNER);
         let sides = match corner {
@@ -306,7 +306,7 @@ impl BuiltRail {
             on_lines.borrow_mut().push(at);
             self.seen(sides.place(at))
         };
-        let mut section = Lines { r: &z, y: &y }.section(inside, place, |z, _| z == height);
+        let mut section = SectionLines { r: &z, y: &y }.section(inside, place, |z, _| z == height);
         if corner {
             let [left, right] = [-half, half].map(|s| side(&section, &on_lines.borrow(), [top, s]));
             let down = right.into_iter().rev().map(|[first, last, middle]| [last, first, middle]);
@@ -325,7 +325,7 @@ impl BuiltRail {
 /// The edges at `s` across on the lines of the mesh from the height `top` on, upwards: first, last and middle node.
 /// `at` has the place of each node
 /// on the lines.
-fn side(section: &Section, at: &[[f64; 2]], [top, s]: [f64; 2]) -> Vec<[usize; 3]> {
+fn side(section: &CrossSection, at: &[[f64; 2]], [top, s]: [f64; 2]) -> Vec<[usize; 3]> {
     let on = |&k: &usize| at[k][1] == s && at[k][0] >= top;
     let edges = section.elements.iter().flat_map(|e| e.kind.edges().iter().map(|edge| edge.map(|k| e.nodes[k])));
     let mut found: Vec<[usize; 3]> = edges.filter(|edge| edge.iter().all(on)).collect();

@@ -2,7 +2,7 @@
 
 use super::refine::refined;
 use super::wheel::Wheel;
-use super::{Attachment, Bearing, Drawn, Element, Path, Section, SectionCell, SectionContact, Spot};
+use super::{Attachment, Bearing, CrossSection, Drawn, Path, SectionCell, SectionContact, SectionElement, Spot};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -64,12 +64,12 @@ impl Focus {
 }
 
 /// A structured section on lines of r and y.
-pub(super) struct Lines<'a> {
+pub(super) struct SectionLines<'a> {
     pub r: &'a [f64],
     pub y: &'a [f64],
 }
 
-impl Lines<'_> {
+impl SectionLines<'_> {
     /// The section of the cells for whose centre `inside` holds, its nodes at `place` of those of the lines. `tread`
     /// says which upper edges are of the running line, given the radius and the y of their middle.
     pub(super) fn section(
@@ -77,7 +77,7 @@ impl Lines<'_> {
         inside: impl Fn(f64, f64) -> bool,
         place: impl Fn([f64; 2]) -> [f64; 2],
         tread: impl Fn(f64, f64) -> bool,
-    ) -> Section {
+    ) -> CrossSection {
         self.section_with_face(inside, place, tread, |_, _| false)
     }
 
@@ -89,15 +89,15 @@ impl Lines<'_> {
         place: impl Fn([f64; 2]) -> [f64; 2],
         tread: impl Fn(f64, f64) -> bool,
         face: impl Fn(f64, f64) -> bool,
-    ) -> Section {
+    ) -> CrossSection {
         let (cells_r, cells_y) = (self.r.len() - 1, self.y.len() - 1);
         let at = |lines: &[f64], k: usize| match k % 2 {
             0 => lines[k / 2],
             _ => 0.5 * (lines[k / 2] + lines[k / 2 + 1]),
         };
-        let mut section = Section::default();
+        let mut section = CrossSection::default();
         let mut number = BTreeMap::new();
-        let mut node = |section: &mut Section, i: usize, j: usize| {
+        let mut node = |section: &mut CrossSection, i: usize, j: usize| {
             *number.entry((j, i)).or_insert_with(|| {
                 section.nodes.push(place([at(self.r, i), at(self.y, j)]));
                 section.nodes.len() - 1
@@ -120,7 +120,7 @@ impl Lines<'_> {
                 if bare && face(radius, self.y[j]) {
                     section.tread.push([nodes[0], nodes[1], nodes[4]]);
                 }
-                section.elements.push(Element { kind: SectionCell::Quad9, nodes, layer: 0 });
+                section.elements.push(SectionElement { kind: SectionCell::Quad9, nodes, layer: 0 });
             }
         }
         let mut group = |name: &str, i: Option<usize>, j: Option<usize>| {
@@ -141,7 +141,7 @@ impl Lines<'_> {
 #[derive(Debug, Clone, PartialEq)]
 pub enum SectionSource {
     /// An annular cylinder.
-    Cylinder(Cylinder),
+    Cylinder(CylinderSection),
     /// A wheel by its main dimensions.
     Wheel(Wheel),
     /// A drawn one.
@@ -228,7 +228,7 @@ impl SectionSource {
 
     /// The mesh for loads at the own contact and at other places, spread over circles of the radii `radii`, m, of which
     /// the first one is that of the own contact. Errors: a place where nothing can be touched.
-    pub fn for_loads_at(&self, others: &[RunningPlace], radii: &[f64]) -> Result<Section> {
+    pub fn for_loads_at(&self, others: &[RunningPlace], radii: &[f64]) -> Result<CrossSection> {
         let of_loads = |radius: f64| {
             let [corner, largest] = self.sizes();
             Focus { size: radius / 3.0, reach: 1.5 * radius, corner, largest }
@@ -270,7 +270,7 @@ impl SectionSource {
 
     /// Attachments with the places of a job in the frame of `section`, y = 0 at the contact. An error names one whose
     /// place is beside the section.
-    pub fn attached(&self, section: &Section, attachments: &[Attachment]) -> Result<Vec<Attachment>> {
+    pub fn attached(&self, section: &CrossSection, attachments: &[Attachment]) -> Result<Vec<Attachment>> {
         let (offset, mirrored) = self.frame();
         let turn = |y: f64| if mirrored { -y } else { y };
         let of = |attachment: &Attachment| {
@@ -307,7 +307,7 @@ impl SectionSource {
 
     /// The bearings of a `suspension` on the surface of `section`: their y, counted from the middle of a built-in
     /// wheelset to the right and in a drawing as it counts, becomes a place in the frame of the section.
-    pub fn bearings(&self, section: &Section, suspension: &[Bearing]) -> Result<Vec<Bearing>> {
+    pub fn bearings(&self, section: &CrossSection, suspension: &[Bearing]) -> Result<Vec<Bearing>> {
         let (offset, mirrored) = self.frame();
         let of = |bearing: &Bearing| {
             let [_, y] = bearing.place;
@@ -344,13 +344,13 @@ impl SectionSource {
     }
 
     /// The mesh for the modes: waves are long against the contact. A drawn one is as it is drawn.
-    pub fn for_modes(&self) -> Result<Section> {
+    pub fn for_modes(&self) -> Result<CrossSection> {
         let [corner, largest] = self.sizes();
         self.section(Focus { size: largest, reach: 0.0, corner, largest })
     }
 
     /// The mesh for loads spread over circles of the radius `radius`, m, and more.
-    pub fn for_loads(&self, radius: f64) -> Result<Section> {
+    pub fn for_loads(&self, radius: f64) -> Result<CrossSection> {
         self.for_loads_at(&[], &[radius])
     }
 
@@ -365,7 +365,7 @@ impl SectionSource {
         }
     }
 
-    fn section(&self, focus: Focus) -> Result<Section> {
+    fn section(&self, focus: Focus) -> Result<CrossSection> {
         match self {
             SectionSource::Cylinder(c) => cylinder(c, focus),
             SectionSource::Wheel(wheel) => wheel.section(focus),
@@ -376,7 +376,7 @@ impl SectionSource {
 
 /// The section with the edges that loads on circles about the places `spots`, (r, y), ask for, m; a section that has no
 /// longer ones stays.
-pub(super) fn finer_at(section: Section, spots: &[([f64; 2], f64)]) -> Section {
+pub(super) fn finer_at(section: CrossSection, spots: &[([f64; 2], f64)]) -> CrossSection {
     if spots.is_empty() {
         return section;
     }
@@ -391,7 +391,7 @@ pub(super) fn finer_at(section: Section, spots: &[([f64; 2], f64)]) -> Section {
 
 /// An annular cylinder, crowned or plain.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Cylinder {
+pub struct CylinderSection {
     /// Radius of the bore, m.
     pub inner_radius: f64,
     /// Radius at the contact point, m.
@@ -404,7 +404,7 @@ pub struct Cylinder {
     pub contact_offset: f64,
 }
 
-impl Cylinder {
+impl CylinderSection {
     /// How much smaller than at the contact point the radius is at y, m.
     fn drop(&self, y: f64) -> f64 {
         self.crown_radius.map_or(0.0, |k| k - (k * k - y * y).max(0.0).sqrt())
@@ -413,14 +413,14 @@ impl Cylinder {
 
 /// The section of an annular cylinder, with the groups `inner`, `outer`, `side_minus`, `side_plus` of the built-in
 /// cylinder of three dimensions.
-pub fn cylinder(c: &Cylinder, focus: Focus) -> Result<Section> {
+pub fn cylinder(c: &CylinderSection, focus: Focus) -> Result<CrossSection> {
     let half = 0.5 * c.thickness;
     let sides = [-half - c.contact_offset, half - c.contact_offset];
     let r = focus.lines(&[c.inner_radius, c.outer_radius], &[c.outer_radius], &[c.inner_radius]);
     let y = focus.lines(&[sides[0], 0.0, sides[1]], &[0.0], &sides);
     let depth = c.outer_radius - c.inner_radius;
     let place = |[r, y]: [f64; 2]| [c.inner_radius + (r - c.inner_radius) * (1.0 - c.drop(y) / depth), y];
-    let section = Lines { r: &r, y: &y }.section(|_, _| true, place, |_, _| true);
+    let section = SectionLines { r: &r, y: &y }.section(|_, _| true, place, |_, _| true);
     section.check(Path::Axle)?;
     Ok(section)
 }

@@ -13,7 +13,7 @@
 //! in n but for the rotation: it is interpolated in ln n between the centres of the blocks, by cubic polynomials, and
 //! summed over every order with its own cosine and sine.
 
-use super::load::{HalfSpaceLoad, LineLoad, Patch, Square, FAMILY, LOADS};
+use super::load::{HalfSpaceLoad, LineLoad, LoadCircle, Square, FAMILY, LOADS};
 use super::{Forms, Path, SectionContact};
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
@@ -40,7 +40,7 @@ const FEWEST: usize = 60;
 pub struct Constant<'f> {
     forms: &'f Forms,
     /// Sets of circles of the loads, one of each contact: A is made for each set.
-    patches: Vec<Vec<Patch>>,
+    patches: Vec<Vec<LoadCircle>>,
     /// Spots that carry the loads, of each contact.
     contacts: Vec<SectionContact>,
     /// Last order of each contact with itself.
@@ -78,18 +78,18 @@ fn first((centre, width): (usize, usize)) -> usize {
 impl<'f> Constant<'f> {
     /// Compliance of `forms` with the rolling radius `radius`, m, under loads on `patches`, from as many orders as the
     /// next edge asks for.
-    pub fn new(forms: &'f Forms, patches: &[Patch], radius: f64) -> Result<Self> {
+    pub fn new(forms: &'f Forms, patches: &[LoadCircle], radius: f64) -> Result<Self> {
         Self::for_contact(forms, patches, &SectionContact::level(radius))
     }
 
     /// The same of a contact, in its frame.
-    pub fn for_contact(forms: &'f Forms, patches: &[Patch], contact: &SectionContact) -> Result<Self> {
-        let sets: Vec<Vec<Patch>> = patches.iter().map(|&patch| vec![patch]).collect();
+    pub fn for_contact(forms: &'f Forms, patches: &[LoadCircle], contact: &SectionContact) -> Result<Self> {
+        let sets: Vec<Vec<LoadCircle>> = patches.iter().map(|&patch| vec![patch]).collect();
         Self::of_contacts(forms, &sets, std::slice::from_ref(contact))
     }
 
     /// The same of several contacts, each in its frame; each set of `patches` has one circle of each contact.
-    pub fn of_contacts(forms: &'f Forms, patches: &[Vec<Patch>], contacts: &[SectionContact]) -> Result<Self> {
+    pub fn of_contacts(forms: &'f Forms, patches: &[Vec<LoadCircle>], contacts: &[SectionContact]) -> Result<Self> {
         let mut own = Vec::new();
         for (c, contact) in contacts.iter().enumerate() {
             let largest = patches.iter().map(|set| set[c].radius).fold(0.0, f64::max);
@@ -113,7 +113,7 @@ impl<'f> Constant<'f> {
         Self { blocks: blocks(self.forms, last, self.contacts.len()), own, ..self }
     }
 
-    fn half_space(&self, patch: Patch) -> HalfSpaceLoad {
+    fn half_space(&self, patch: LoadCircle) -> HalfSpaceLoad {
         let material = self.forms.material;
         HalfSpaceLoad { patch, shear: material.shear(), poisson: material.poisson }
     }
@@ -121,7 +121,7 @@ impl<'f> Constant<'f> {
     /// −B_hs of the orders that are summed one by one, for each set of patches, `[9T, 9T]` with T contacts.
     pub fn singles(&self) -> Vec<Mat<f64>> {
         let singles = self.blocks.iter().filter(|b| b.1 == 1).count();
-        let of = |set: &Vec<Patch>| {
+        let of = |set: &Vec<LoadCircle>| {
             let mut all = Mat::zeros(LOADS * set.len(), LOADS * set.len());
             for (c, (&patch, contact)) in set.iter().zip(&self.contacts).enumerate() {
                 let known = contact.locally(|spot| self.half_space(patch).up_to((singles as f64 - 0.5) / spot.radius));
@@ -146,7 +146,7 @@ impl<'f> Constant<'f> {
             true => forms.solve_free(&factor, loads),
             false => factor.solve_from(first, loads),
         };
-        let of = |set: &Vec<Patch>| {
+        let of = |set: &Vec<LoadCircle>| {
             let lines: Vec<LineLoad> =
                 set.iter().zip(&self.contacts).map(|(&patch, c)| LineLoad::for_contact(forms, patch, n, c)).collect();
             let means = order(forms, solve, &lines);
@@ -256,7 +256,7 @@ fn cardinal(blocks: &[(usize, usize)], index: usize, (k, centre): (usize, usize)
 }
 
 /// Γ⁻¹BΓ⁻¹ between loads on two circles.
-fn scaled([one, other]: [Patch; 2], of: impl Fn(usize, usize) -> f64) -> Square {
+fn scaled([one, other]: [LoadCircle; 2], of: impl Fn(usize, usize) -> f64) -> Square {
     let (rows, columns) = (one.moments(), other.moments());
     std::array::from_fn(|c| std::array::from_fn(|d| of(c, d) / (rows[c] * columns[d])))
 }

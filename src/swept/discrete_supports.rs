@@ -12,7 +12,7 @@
 
 use super::track::block;
 use super::waves::{shape, Member, RailMode};
-use super::{Forms, Layer, Sleeper};
+use super::{Forms, SleeperLayer, TrackLayer};
 use crate::{Error, Result};
 use faer::Mat;
 use std::f64::consts::PI;
@@ -29,9 +29,9 @@ pub struct DiscreteSupports {
     /// Distance from the middle of a pad to the contact, along +x, m.
     pub position: f64,
     /// The pads, each metre of track, as the rail's modes have them.
-    pub pad: Layer,
+    pub pad: TrackLayer,
     /// Sleepers, each metre of track; none: the pads lie on the ground.
-    pub sleeper: Option<Sleeper>,
+    pub sleeper: Option<SleeperLayer>,
 }
 
 /// The modes of a rail on its bays.
@@ -163,7 +163,7 @@ impl DiscreteSupports {
         &self,
         (forms, tilt): (&Forms, f64),
         (waves, list): (&[RailMode], &[Member]),
-        sleeper: &Sleeper,
+        sleeper: &SleeperLayer,
         [k, c]: [&mut Mat<f64>; 2],
     ) {
         let (m, root) = (list.len(), (sleeper.mass * self.spacing).sqrt());

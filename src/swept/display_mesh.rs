@@ -144,15 +144,20 @@ impl PictureModes {
 #[cfg(test)]
 mod tests {
     use super::super::modes::of_order;
-    use super::super::{cylinder, Cylinder, Focus};
+    use super::super::{cylinder, CylinderSection, Focus};
     use super::*;
-    use crate::fem::Material;
+    use crate::fem::ElasticMaterial;
 
-    const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+    const STEEL: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
 
     fn ring() -> Forms {
-        let ring =
-            Cylinder { inner_radius: 0.1, outer_radius: 0.3, thickness: 0.1, crown_radius: None, contact_offset: 0.0 };
+        let ring = CylinderSection {
+            inner_radius: 0.1,
+            outer_radius: 0.3,
+            thickness: 0.1,
+            crown_radius: None,
+            contact_offset: 0.0,
+        };
         let focus = Focus { size: 0.02, reach: 0.0, corner: 0.02, largest: 0.02 };
         Forms::new(cylinder(&ring, focus).expect("section"), STEEL, &["inner".into()]).expect("forms")
     }

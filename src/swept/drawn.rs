@@ -1,8 +1,8 @@
 //! Sections that are drawn: a plane mesh of triangles and quadrilaterals with a running line.
 
 use super::refine::refined;
-use super::{Beam, Element, Focus, HeadPoint, Path, Section, SectionCell, SectionLayer};
-use crate::fem::Material;
+use super::{Beam, CrossSection, Focus, HeadPoint, Path, SectionCell, SectionElement, SectionLayer};
+use crate::fem::ElasticMaterial;
 use crate::{Error, Result};
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,7 +10,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// from the axle, that of a rail is its height.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Drawn {
-    section: Section,
+    section: CrossSection,
 }
 
 /// Nodes nearer than this part of the size of the section are one place.
@@ -95,7 +95,7 @@ impl Drawn {
             }
             self.section.layers.push(layer);
         }
-        let runs = |e: &&Element| {
+        let runs = |e: &&SectionElement| {
             let edges = e.kind.edges().iter().map(|edge| e.nodes[edge[2]]);
             e.layer > 0 && edges.clone().any(|middle| self.section.tread.iter().any(|t| t[2] == middle))
         };
@@ -229,7 +229,7 @@ impl Drawn {
 
     /// The section with the contact at y = `offset` of the drawing, m, seen from the other side if `mirrored`, and
     /// where the drawing is coarser than `focus`, finer. An error where nothing runs there.
-    pub(super) fn with_contact_at(&self, offset: f64, mirrored: bool, focus: &Focus) -> Result<Section> {
+    pub(super) fn with_contact_at(&self, offset: f64, mirrored: bool, focus: &Focus) -> Result<CrossSection> {
         let radius = self.touched_radius(offset)?;
         let mut section = self.section.clone();
         section.nodes.iter_mut().for_each(|x| x[1] -= offset);
@@ -245,7 +245,7 @@ impl Drawn {
 
 impl Drawn {
     /// The section of a rail in the frame of a place of its head, and where the drawing is coarser than `focus`, finer.
-    pub(super) fn in_frame(&self, contact: &HeadPoint, focus: Option<Focus>) -> Result<Section> {
+    pub(super) fn in_frame(&self, contact: &HeadPoint, focus: Option<Focus>) -> Result<CrossSection> {
         let mut section = self.section.clone();
         section.nodes.iter_mut().for_each(|x| *x = contact.in_surface_frame(*x));
         Ok(match focus {
@@ -256,14 +256,14 @@ impl Drawn {
 
     /// The beam of this section, vertically or laterally. What shears, as a part of the area A, is I² over A∫Q²/b,
     /// with the width b of each slice and the first moment Q beyond it (Jourawski's shear stress).
-    pub(super) fn beam(&self, material: Material, lateral: bool, loss: f64) -> Result<Beam> {
+    pub(super) fn beam(&self, material: ElasticMaterial, lateral: bool, loss: f64) -> Result<Beam> {
         self.section.beam(material, lateral, loss)
     }
 }
 
-impl Section {
+impl CrossSection {
     /// The beam of an upright section, see [`Drawn::beam`].
-    pub(super) fn beam(&self, material: Material, lateral: bool, loss: f64) -> Result<Beam> {
+    pub(super) fn beam(&self, material: ElasticMaterial, lateral: bool, loss: f64) -> Result<Beam> {
         let across = usize::from(lateral);
         let border = border(self)?;
         let chords: Vec<[[f64; 2]; 2]> =
@@ -285,7 +285,7 @@ impl Section {
             beyond += step * (at - centre) * b;
             sheared += step * beyond * beyond / b;
         }
-        let Material { young, density, .. } = material;
+        let ElasticMaterial { young, density, .. } = material;
         let sheared = inertia * inertia / (area * sheared);
         Ok(Beam { young, shear: material.shear(), density, area, inertia, sheared, loss })
     }
@@ -307,14 +307,14 @@ fn key(a: usize, b: usize) -> [usize; 2] {
 }
 
 /// A node for messages.
-fn at(section: &Section, node: usize) -> String {
+fn at(section: &CrossSection, node: usize) -> String {
     let [r, y] = section.nodes[node];
     format!("(x = {y:.6}, y = {r:.6}) m of the drawing")
 }
 
 /// The nodes that faces have, and elements of second order of positive area.
-fn quadratic(nodes: Vec<[f64; 2]>, faces: &[Vec<usize>]) -> Result<Section> {
-    let mut section = Section { nodes, ..Section::default() };
+fn quadratic(nodes: Vec<[f64; 2]>, faces: &[Vec<usize>]) -> Result<CrossSection> {
+    let mut section = CrossSection { nodes, ..CrossSection::default() };
     let mut middles: BTreeMap<[usize; 2], usize> = BTreeMap::new();
     for face in faces {
         let corners = if matches!(face.len(), 3 | 6) { 3 } else { 4 };
@@ -335,7 +335,7 @@ fn quadratic(nodes: Vec<[f64; 2]>, faces: &[Vec<usize>]) -> Result<Section> {
             9 => SectionCell::Quad9,
             n => return Err(Error::Defect(format!("a face of a section with {n} nodes"))),
         };
-        let mut element = Element { kind, nodes, layer: 0 };
+        let mut element = SectionElement { kind, nodes, layer: 0 };
         // Twice the area of the corners.
         let corner = |k: usize| section.nodes[element.nodes[k % corners]];
         let area: f64 = (0..corners).map(|k| corner(k)[0] * corner(k + 1)[1] - corner(k + 1)[0] * corner(k)[1]).sum();
@@ -349,7 +349,7 @@ fn quadratic(nodes: Vec<[f64; 2]>, faces: &[Vec<usize>]) -> Result<Section> {
 
 /// An error if two nodes are at one place, where the drawing is cut along a seam. Nodes that no element has do not
 /// count.
-fn joined(section: &Section) -> Result<()> {
+fn joined(section: &CrossSection) -> Result<()> {
     let used: BTreeSet<usize> = section.elements.iter().flat_map(|e| e.nodes.iter().copied()).collect();
     let size = used.iter().flat_map(|&k| section.nodes[k]).fold(0.0, |m: f64, x| m.max(x.abs()));
     let mut sorted: Vec<usize> = used.into_iter().collect();
@@ -371,7 +371,7 @@ fn joined(section: &Section) -> Result<()> {
 }
 
 /// Edges that one element alone has, in its direction: first, last and middle node.
-fn border(section: &Section) -> Result<Vec<[usize; 3]>> {
+fn border(section: &CrossSection) -> Result<Vec<[usize; 3]>> {
     let mut edges: BTreeMap<[usize; 2], Vec<[usize; 3]>> = BTreeMap::new();
     for element in &section.elements {
         for edge in element.kind.edges() {
@@ -387,7 +387,7 @@ fn border(section: &Section) -> Result<Vec<[usize; 3]>> {
 }
 
 /// An error if elements overlap, or if there are several pieces.
-fn whole(section: &Section, border: &[[usize; 3]]) -> Result<()> {
+fn whole(section: &CrossSection, border: &[[usize; 3]]) -> Result<()> {
     // ∮ r dy along quadratic edges.
     let within: f64 = border
         .iter()
@@ -435,7 +435,7 @@ fn whole(section: &Section, border: &[[usize; 3]]) -> Result<()> {
 }
 
 /// An error if edges of the border cross: the section covers itself.
-fn crossed(section: &Section, border: &[[usize; 3]]) -> Result<()> {
+fn crossed(section: &CrossSection, border: &[[usize; 3]]) -> Result<()> {
     let chord = |e: &[usize; 3]| [section.nodes[e[0]], section.nodes[e[1]]];
     let side = |[p, q]: [[f64; 2]; 2], x: [f64; 2]| (q[0] - p[0]) * (x[1] - p[1]) - (q[1] - p[1]) * (x[0] - p[0]);
     // By their lower end in r, so that only those near each other are compared.
@@ -463,7 +463,7 @@ fn crossed(section: &Section, border: &[[usize; 3]]) -> Result<()> {
 }
 
 /// The running line from small to large y: an error if it has a hole, turns back or branches.
-fn line(section: &Section, mut edges: Vec<[usize; 3]>) -> Result<Vec<[usize; 3]>> {
+fn line(section: &CrossSection, mut edges: Vec<[usize; 3]>) -> Result<Vec<[usize; 3]>> {
     let y = |k: usize| section.nodes[k][1];
     for edge in &mut edges {
         if y(edge[0]) > y(edge[1]) {

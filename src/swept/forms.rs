@@ -11,11 +11,11 @@ mod strains;
 
 use super::attached::{Attachment, Rings};
 use super::bearings::{Bearing, Bearings};
-use super::skyline_ldlt::{Envelope, Factor, BLOCK};
+use super::skyline_ldlt::{Envelope, SkylineFactor, BLOCK};
 use super::springs::EdgeSprings;
-use super::track::{Added, Track};
-use super::{Path, Section};
-use crate::fem::Material;
+use super::track::{Added, RailTrack};
+use super::{CrossSection, Path};
+use crate::fem::ElasticMaterial;
 use crate::{Error, Result};
 use constraints::ConstrainedNodes;
 pub use constraints::Parity;
@@ -36,9 +36,9 @@ pub(super) type Strains = [[f64; 3]; 6];
 #[derive(Debug, Clone)]
 pub struct Forms {
     /// The section.
-    pub section: Section,
+    pub section: CrossSection,
     /// Its material.
-    pub material: Material,
+    pub material: ElasticMaterial,
     /// Path along which the section is swept.
     pub path: Path,
     /// Number of each node among those that are free to move.
@@ -60,7 +60,7 @@ pub struct Forms {
 }
 
 /// Block of stiffness between (U, V, W) of two nodes.
-pub(super) type Block = [[f64; 3]; 3];
+pub(super) type NodeStiffness = [[f64; 3]; 3];
 
 /// Springs, N/m², and dashpots, N·s/m², between (U, V, W) of two nodes, each metre of a line.
 #[derive(Debug, Clone, Copy, Default)]
@@ -84,19 +84,24 @@ const SAME_PLACE: f64 = 1e-12;
 impl Forms {
     /// The forms of a section of a body of revolution, of a material, that is clamped at the nodes of the groups
     /// `fixed`.
-    pub fn new(section: Section, material: Material, fixed: &[String]) -> Result<Self> {
+    pub fn new(section: CrossSection, material: ElasticMaterial, fixed: &[String]) -> Result<Self> {
         Self::sprung(section, material, fixed, &[])
     }
 
     /// The same that stands on `springs`, too.
-    pub fn sprung(section: Section, material: Material, fixed: &[String], springs: &[EdgeSprings]) -> Result<Self> {
+    pub fn sprung(
+        section: CrossSection,
+        material: ElasticMaterial,
+        fixed: &[String],
+        springs: &[EdgeSprings],
+    ) -> Result<Self> {
         Self::carrying(section, material, (fixed, springs), &[])
     }
 
     /// The same that carries `attachments`, each at the place of the section that is nearest to its own.
     pub fn carrying(
-        mut section: Section,
-        material: Material,
+        mut section: CrossSection,
+        material: ElasticMaterial,
         (fixed, springs): (&[String], &[EdgeSprings]),
         attachments: &[Attachment],
     ) -> Result<Self> {
@@ -122,10 +127,10 @@ impl Forms {
     /// The forms of a section of a material along a line of the period `period`, m, free or on a track; the section
     /// is turned by `tilt`, rad, from y to z, against the upright one.
     pub fn along(
-        mut section: Section,
-        material: Material,
+        mut section: CrossSection,
+        material: ElasticMaterial,
         period: f64,
-        track: Option<&Track>,
+        track: Option<&RailTrack>,
         tilt: f64,
     ) -> Result<Self> {
         let added = track.map(|t| t.added(&mut section, tilt)).transpose()?;
@@ -138,7 +143,13 @@ impl Forms {
         Ok(forms)
     }
 
-    fn made(section: Section, material: Material, path: Path, free: &[bool], links: &[[usize; 2]]) -> Result<Self> {
+    fn made(
+        section: CrossSection,
+        material: ElasticMaterial,
+        path: Path,
+        free: &[bool],
+        links: &[[usize; 2]],
+    ) -> Result<Self> {
         section.check(path)?;
         // The running line comes last: of a solution under loads there nothing before it has to be made.
         let tread = section.running_at(0.0);
@@ -151,8 +162,8 @@ impl Forms {
     /// Forms of free nodes with these numbers and pairs, all of them 0; of a half section with the nodes of its
     /// `middle` plane, and the symmetry of motions there.
     fn unassembled(
-        section: Section,
-        material: Material,
+        section: CrossSection,
+        material: ElasticMaterial,
         path: Path,
         (place, pairs): (Vec<Option<usize>>, NodePairs),
         middle: Option<(&[usize], Parity)>,
@@ -194,7 +205,7 @@ impl Forms {
     }
 
     /// Stiffness of rings, their springs and bearings at the order n, of each radian, by pairs.
-    fn of_rings(&self, n: usize) -> HashMap<usize, Block> {
+    fn of_rings(&self, n: usize) -> HashMap<usize, NodeStiffness> {
         let mut all = self.rings.stiffness(n, |node| self.section.nodes[node][0]);
         self.bearings.add_stiffness(n, &mut all);
         all
@@ -331,18 +342,18 @@ impl Forms {
     }
 
     /// K_n − σM, factorised.
-    pub fn factor(&self, n: usize, sigma: f64) -> Result<Factor> {
+    pub fn factor(&self, n: usize, sigma: f64) -> Result<SkylineFactor> {
         self.factor_in(Vec::new(), n, sigma)
     }
 
     /// The same with the factor of forms that differ in the last nodes alone, those from the number `from` on.
-    fn factor_like(&self, other: &Factor, from: usize, n: usize, sigma: f64) -> Result<Factor> {
-        Factor::like(other, self.values(Vec::new(), n, sigma), 3 * from)
+    fn factor_like(&self, other: &SkylineFactor, from: usize, n: usize, sigma: f64) -> Result<SkylineFactor> {
+        SkylineFactor::like(other, self.values(Vec::new(), n, sigma), 3 * from)
     }
 
     /// The same in the memory of another factor.
-    pub fn factor_in(&self, memory: Vec<f64>, n: usize, sigma: f64) -> Result<Factor> {
-        Factor::new(&self.envelope, self.values(memory, n, sigma))
+    pub fn factor_in(&self, memory: Vec<f64>, n: usize, sigma: f64) -> Result<SkylineFactor> {
+        SkylineFactor::new(&self.envelope, self.values(memory, n, sigma))
     }
 
     /// The values of K_n − σM in the envelope, in the memory of others.
@@ -367,7 +378,7 @@ impl Forms {
                 }
             }
             if self.constraints.has(k) {
-                let raw: Block = std::array::from_fn(|c| {
+                let raw: NodeStiffness = std::array::from_fn(|c| {
                     std::array::from_fn(|d| w * (zero[c][d] + x * (one[c][d] + x * two[c][d])))
                 });
                 let regular =

@@ -4,7 +4,7 @@
 //! − Mφ φᵀf, is borne by K + sM with a shift s far below all elastic eigenvalues. Further rounds, with sMu on the
 //! right side, leave powers of s/ω² of the error.
 
-use super::skyline_ldlt::Factor;
+use super::skyline_ldlt::SkylineFactor;
 use super::{Forms, Path};
 use crate::Result;
 use faer::{Mat, MatRef};
@@ -25,12 +25,12 @@ impl Forms {
     }
 
     /// The factor of K_0 + sM for [`Forms::solve_free`], in the `memory` of another one.
-    pub fn factor_free(&self, memory: Vec<f64>) -> Result<Factor> {
+    pub fn factor_free(&self, memory: Vec<f64>) -> Result<SkylineFactor> {
         self.factor_in(memory, 0, ALMOST_FREE * self.shift())?.positive("the statics of order 0 of a body on bearings")
     }
 
     /// K_0⁺ f of columns, `[order, k]`, without the rigid torsion, with the `factor` of [`Forms::factor_free`].
-    pub fn solve_free(&self, factor: &Factor, loads: MatRef<'_, f64>) -> Mat<f64> {
+    pub fn solve_free(&self, factor: &SkylineFactor, loads: MatRef<'_, f64>) -> Mat<f64> {
         let mut torsion = Mat::<f64>::zeros(self.order(), 1);
         for (node, [r, _]) in self.section.nodes.iter().enumerate() {
             if let Some(first) = self.amplitude(node) {

@@ -2,7 +2,7 @@
 //! either kind of modes by itself. The matrices of both kinds differ in the rows of the middle plane alone, which come
 //! last: both have one factor but for these rows.
 
-use super::modes::{near_limit, with_factor, Modes};
+use super::modes::{near_limit, with_factor, FourierModes};
 use super::{Forms, Mirror, Parity};
 use crate::Result;
 use faer::Mat;
@@ -35,7 +35,7 @@ impl<'m> HalfSections<'m> {
 
     /// All modes of the order `n` up to ω = `limit`, rad/s, with amplitudes of `whole`, the forms of the whole section,
     /// and the parity of each, 1 or −1.
-    pub fn of_order(&self, whole: &Forms, n: usize, limit: f64) -> Result<(Modes, Vec<f64>)> {
+    pub fn of_order(&self, whole: &Forms, n: usize, limit: f64) -> Result<(FourierModes, Vec<f64>)> {
         let counts = self.below(n, limit)?;
         let mut list = Vec::new();
         let mut found = Vec::new();
@@ -76,7 +76,7 @@ impl<'m> HalfSections<'m> {
                 }
             }
         }
-        let modes = Modes {
+        let modes = FourierModes {
             order: n,
             omega: list.iter().map(|at| at.0).collect(),
             vectors,

@@ -10,9 +10,9 @@ mod supports;
 pub use supports::TrackSlope;
 
 use super::modes::of_order;
-use super::{turned, Forms, LineLoad, Outline, Patch, Path, Section, Track, LOADS};
+use super::{turned, CrossSection, Forms, LineLoad, LoadCircle, Outline, Path, RailTrack, LOADS};
 use crate::dense::symmetric_eigen;
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, MatRef};
@@ -37,11 +37,11 @@ pub const FORCES: usize = 3;
 #[derive(Debug, Clone)]
 pub struct InfiniteRailSpec {
     /// The section, in the frame of the surface at the contact point.
-    pub section: Section,
+    pub section: CrossSection,
     /// Its material.
-    pub material: Material,
+    pub material: ElasticMaterial,
     /// Track, spread evenly.
-    pub track: Option<Track>,
+    pub track: Option<RailTrack>,
     /// Angle of the section's frame against the upright one, from y to z, rad.
     pub angle: f64,
     /// Angle of the contact's frame against that of the section, rad.
@@ -49,7 +49,7 @@ pub struct InfiniteRailSpec {
     /// Loss factor of the rail.
     pub loss: f64,
     /// The circle over which the forces are spread.
-    pub patch: Patch,
+    pub patch: LoadCircle,
 }
 
 /// A rail without ends, on q motions of its section.

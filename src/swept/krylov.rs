@@ -2,7 +2,7 @@
 //! eigenvalues, every vector orthogonal in the mass to all others. A section has a few thousand amplitudes and a few
 //! dozen modes of an order, so the space is never restarted.
 
-use super::skyline_ldlt::Factor;
+use super::skyline_ldlt::SkylineFactor;
 use super::Forms;
 use crate::dense::symmetric_eigen;
 use crate::{Error, Result};
@@ -21,7 +21,7 @@ const LITTLE_LOST: f64 = 0.1;
 const LEFT: f64 = 1e-6;
 
 /// Eigenvalues, ascending, `[m]`, and vectors, orthonormal in the mass, `[order, m]`.
-pub struct Pairs {
+pub struct KrylovPairs {
     /// λ, 1/s².
     pub lambda: Vec<f64>,
     /// Vectors.
@@ -42,7 +42,7 @@ struct Space<'f> {
 
 /// At least the `count` lowest pairs of the order `n` of `forms`; `factor` is that of K − σM, which must be positive
 /// definite.
-pub fn lowest(forms: &Forms, n: usize, sigma: f64, factor: &Factor, count: usize) -> Result<Pairs> {
+pub fn lowest(forms: &Forms, n: usize, sigma: f64, factor: &SkylineFactor, count: usize) -> Result<KrylovPairs> {
     let order = forms.order();
     let mut space = Space { forms, n, basis: Vec::new(), mass: Vec::new(), columns: 0, random: 1 };
     // QᵀM(K − σM)⁻¹MQ, and the part of it that is beyond the basis.
@@ -74,7 +74,7 @@ pub fn lowest(forms: &Forms, n: usize, sigma: f64, factor: &Factor, count: usize
             let lambda = wanted.iter().map(|&k| sigma + 1.0 / theta[k]).collect();
             let ritz = Mat::from_fn(done, wanted.len(), |i, k| vectors[(i, wanted[k])]);
             let vectors = space.basis().subcols(0, done) * ritz;
-            return Ok(Pairs { lambda, vectors });
+            return Ok(KrylovPairs { lambda, vectors });
         }
         // Hardly more pairs converge than columns are added, and the projected problem is not cheap.
         look = done + open;

@@ -6,7 +6,7 @@
 
 use super::forms::{strains, stress, Strains};
 use super::{Forms, Path};
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use faer::{Mat, MatRef};
 
 /// Layer of a section.
@@ -15,7 +15,7 @@ pub struct SectionLayer {
     /// Its name.
     pub name: String,
     /// Its material.
-    pub material: Material,
+    pub material: ElasticMaterial,
     /// Its loss factor.
     pub loss: f64,
 }

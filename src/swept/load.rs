@@ -74,12 +74,12 @@ impl Round {
 
 /// The circle of the load.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Patch {
+pub struct LoadCircle {
     /// Its radius b, m.
     pub radius: f64,
 }
 
-impl Patch {
+impl LoadCircle {
     /// ∫ over x at the place y of ω times what [`Round`] names, of the order `n` on the rolling radius `radius`, m,
     /// or on a straight line of the period 2π `radius`.
     fn round(&self, n: usize, (radius, path): (f64, Path), y: f64) -> Round {
@@ -131,7 +131,7 @@ impl Patch {
 #[derive(Debug, Clone)]
 pub struct LineLoad {
     order: usize,
-    patch: Patch,
+    patch: LoadCircle,
     /// nθ_c, or kx_c along a line, rad.
     phase: f64,
     /// First amplitude of a node, and for each load the weights of its U, V and W.
@@ -140,12 +140,12 @@ pub struct LineLoad {
 
 impl LineLoad {
     /// The loads of the order `n` on `forms`, whose rolling radius is `radius`, m; along a line its period over 2π.
-    pub fn new(forms: &Forms, patch: Patch, n: usize, radius: f64) -> Self {
+    pub fn new(forms: &Forms, patch: LoadCircle, n: usize, radius: f64) -> Self {
         Self::for_contact(forms, patch, n, &SectionContact::level(radius))
     }
 
     /// The loads of the order `n` on the spots of a contact, in its frame.
-    pub fn for_contact(forms: &Forms, patch: Patch, n: usize, contact: &SectionContact) -> Self {
+    pub fn for_contact(forms: &Forms, patch: LoadCircle, n: usize, contact: &SectionContact) -> Self {
         let mut nodes = Vec::new();
         for spot in contact.spots() {
             let turn = contact.turn(spot);
@@ -209,7 +209,7 @@ pub fn family_shares(order: usize, phase: f64, family: usize) -> [f64; LOADS] {
 
 /// Loads of the order `n` on the edges of the running line under a spot, in the frame of the spot: first amplitude of a
 /// node, and for each load the weights of its U, V and W.
-fn on_spot(forms: &Forms, patch: Patch, n: usize, spot: &Spot) -> Vec<(usize, [[f64; 3]; LOADS])> {
+fn on_spot(forms: &Forms, patch: LoadCircle, n: usize, spot: &Spot) -> Vec<(usize, [[f64; 3]; LOADS])> {
     let section = &forms.section;
     let mut nodes = Vec::new();
     for edge in &section.tread {
@@ -306,7 +306,7 @@ const PHASE: Square = {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfSpaceLoad {
     /// The circle of the loads.
-    pub patch: Patch,
+    pub patch: LoadCircle,
     /// Shear modulus, Pa.
     pub shear: f64,
     /// Poisson's ratio.
@@ -389,7 +389,7 @@ mod tests {
 
     #[test]
     fn the_line_load_is_that_of_the_bessel_function() {
-        let patch = Patch { radius: 2.0 };
+        let patch = LoadCircle { radius: 2.0 };
         // ∫ω cos kx dx = (3/2b³) c J1(kc)/k; on a large radius nθ = kx. J1(1.2) = 0.498289057567216, J1(30) =
         // −0.118751062616623.
         for (k, y, bessel) in [(0.75, 1.2, 0.498_289_057_567_216), (18.75, 1.2, -0.118_751_062_616_623)] {
@@ -414,7 +414,7 @@ mod tests {
     #[test]
     fn the_orders_of_the_half_space_add_up_to_hertz() {
         let (young, nu, b) = (205e9, 0.3, 5e-3);
-        let load = HalfSpaceLoad { patch: Patch { radius: b }, shear: young / 2.6, poisson: nu };
+        let load = HalfSpaceLoad { patch: LoadCircle { radius: b }, shear: young / 2.6, poisson: nu };
         let normal = 0.6 * (1.0 - nu * nu) / (young * b);
         let tangential = normal * (2.0 - nu) / (2.0 * (1.0 - nu));
         let all = load.sum();

@@ -1,6 +1,6 @@
 //! Area, centroid and second moments of an upright section of a rail.
 
-use super::{Element, Section};
+use super::{CrossSection, SectionElement};
 
 /// Measures of an upright section.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -14,7 +14,7 @@ pub struct Measures {
     pub inertia: [f64; 2],
 }
 
-impl Section {
+impl CrossSection {
     /// Its measures, if it is upright: r is the height.
     pub fn measures(&self) -> Measures {
         let lowest = self.nodes.iter().map(|x| x[0]).fold(f64::INFINITY, f64::min);
@@ -27,7 +27,7 @@ impl Section {
     }
 
     /// The integration points of an element, m, and the area of each, m².
-    fn weighed<'a>(&'a self, element: &'a Element) -> impl Iterator<Item = ([f64; 2], f64)> + 'a {
+    fn weighed<'a>(&'a self, element: &'a SectionElement) -> impl Iterator<Item = ([f64; 2], f64)> + 'a {
         element.kind.points().into_iter().map(move |shape| {
             let area = self.jacobian(element, &shape).1.determinant * shape.weight;
             let nodes = element.nodes.iter().zip(&shape.value);

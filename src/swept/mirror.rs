@@ -4,8 +4,8 @@
 //! is equal to its image or to the opposite of it. Modes of one frequency, as those of two wheels that the axle does
 //! not couple, come out of a solver as any mixture: such neighbours are turned into one of each kind.
 
-use super::modes::Modes;
-use super::{Forms, Section};
+use super::modes::FourierModes;
+use super::{CrossSection, Forms};
 use faer::Mat;
 
 /// Purity ±1 that a mode by itself has but for this.
@@ -27,7 +27,7 @@ pub struct Mirror {
 impl Mirror {
     /// The images of the nodes of `section` on the other side of y = `middle`, m; none where the section is not
     /// symmetric.
-    pub fn new(section: &Section, middle: f64) -> Option<Self> {
+    pub fn new(section: &CrossSection, middle: f64) -> Option<Self> {
         let cell = |[r, y]: [f64; 2]| [r, y].map(|x| (x / SAME).round() as i64);
         let mut known = std::collections::HashMap::new();
         for (k, node) in section.nodes.iter().enumerate() {
@@ -49,7 +49,7 @@ impl Mirror {
     }
 
     /// Returns true for nodes of the half section that has the contact point y = 0, without those of the middle plane.
-    pub(super) fn is_near(&self, section: &Section, node: usize) -> bool {
+    pub(super) fn is_near(&self, section: &CrossSection, node: usize) -> bool {
         let far_side = section.nodes[node][1] - self.middle;
         !self.is_in_middle(node) && far_side * self.middle <= 0.0
     }
@@ -73,7 +73,7 @@ impl Mirror {
 
     /// Makes the `modes` of `forms` symmetric and antisymmetric ones, and returns the parity of each, 1 or −1 but for
     /// rounding.
-    pub fn separate(&self, forms: &Forms, modes: &mut Modes) -> Vec<f64> {
+    pub fn separate(&self, forms: &Forms, modes: &mut FourierModes) -> Vec<f64> {
         let mass = forms.mass(modes.order, modes.vectors.as_ref());
         let parity = mass.transpose() * self.images(forms, &modes.vectors);
         let count = modes.omega.len();

@@ -1,7 +1,7 @@
 //! Modes of a swept body, order by order, and the proof that none is missing.
 
 use super::krylov;
-use super::skyline_ldlt::Factor;
+use super::skyline_ldlt::SkylineFactor;
 use super::{blocks, Forms, LineLoad, Prestress, RotationBlocks, LOADS};
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
@@ -16,7 +16,7 @@ const ASIDE: f64 = 1e-8;
 
 /// The modes of one order of Fourier. For n ≥ 1 each stands for a pair, one of either family.
 #[derive(Debug, Clone)]
-pub struct Modes {
+pub struct FourierModes {
     /// Number of nodal diameters n.
     pub order: usize,
     /// Angular frequencies, rad/s, ascending; 0 for rigid-body motions.
@@ -27,7 +27,7 @@ pub struct Modes {
     pub residual: Vec<f64>,
 }
 
-impl Modes {
+impl FourierModes {
     /// An order without modes.
     fn none(forms: &Forms, order: usize) -> Self {
         Self { order, omega: Vec::new(), vectors: Mat::zeros(forms.order(), 0), residual: Vec::new() }
@@ -70,7 +70,7 @@ pub struct ContactModeData {
 impl ContactModeData {
     /// Modal data of `modes` of `forms`, with the loads of their order at the contacts, and the centrifugal prestress
     /// of a body that rotates.
-    pub fn new(forms: &Forms, modes: &Modes, loads: &[LineLoad], prestress: Option<&Prestress>) -> Self {
+    pub fn new(forms: &Forms, modes: &FourierModes, loads: &[LineLoad], prestress: Option<&Prestress>) -> Self {
         let mass = forms.mass(modes.order, modes.vectors.as_ref());
         let share = |k: usize, c: usize| -> f64 {
             (c..mass.nrows()).step_by(3).map(|i| modes.vectors[(i, k)] * mass[(i, k)]).sum()
@@ -107,7 +107,7 @@ impl ContactModeData {
     }
 
     /// The same with the modes' amplitudes, and with what the air sees of them, at these nodes of the section.
-    pub fn with_outline(mut self, forms: &Forms, modes: &Modes, nodes: &[usize]) -> Self {
+    pub fn with_outline(mut self, forms: &Forms, modes: &FourierModes, nodes: &[usize]) -> Self {
         self.outline = Mat::from_fn(2 * nodes.len(), modes.omega.len(), |i, j| {
             forms.amplitude(nodes[i / 2]).map_or(0.0, |first| modes.vectors[(first + 2 * (i % 2), j)])
         });
@@ -210,18 +210,23 @@ pub fn below(forms: &Forms, n: usize, limit: f64) -> Result<usize> {
 }
 
 /// All modes of the order `n` up to ω = `limit`, rad/s; as many as the inertia of K_n − ω²M says.
-pub fn of_order(forms: &Forms, n: usize, limit: f64) -> Result<Modes> {
+pub fn of_order(forms: &Forms, n: usize, limit: f64) -> Result<FourierModes> {
     let count = below(forms, n, limit)?;
     if count == 0 {
-        return Ok(Modes::none(forms, n));
+        return Ok(FourierModes::none(forms, n));
     }
     with_factor(forms, n, (limit, count), forms.factor(n, forms.shift())?)
 }
 
 /// The `count` modes of the order `n` up to ω = `limit`, rad/s, with the factor of K_n − σM at the shift of `forms`.
-pub(super) fn with_factor(forms: &Forms, n: usize, (limit, count): (f64, usize), factor: Factor) -> Result<Modes> {
+pub(super) fn with_factor(
+    forms: &Forms,
+    n: usize,
+    (limit, count): (f64, usize),
+    factor: SkylineFactor,
+) -> Result<FourierModes> {
     if count == 0 {
-        return Ok(Modes::none(forms, n));
+        return Ok(FourierModes::none(forms, n));
     }
     let sigma = forms.shift();
     let factor = factor.positive("K − σM of a section")?;
@@ -244,7 +249,7 @@ pub(super) fn with_factor(forms: &Forms, n: usize, (limit, count): (f64, usize),
     };
     let residual = (0..count).map(size).collect();
     let root = |&l: &f64| if l.abs() <= RIGID * sigma.abs() { 0.0 } else { l.max(0.0).sqrt() };
-    Ok(Modes { order: n, omega: lambda.iter().map(root).collect(), vectors, residual })
+    Ok(FourierModes { order: n, omega: lambda.iter().map(root).collect(), vectors, residual })
 }
 
 /// Collects the results of `of` of each order, where `size` of it is not 0, until it finds nothing in some orders on

@@ -1,6 +1,6 @@
 //! The outline of a section: what of it meets the air.
 
-use super::Section;
+use super::CrossSection;
 use crate::{Error, Result};
 use faer::Mat;
 use std::collections::BTreeMap;
@@ -50,7 +50,7 @@ pub struct OrderModes {
     pub places: Vec<Vec<usize>>,
 }
 
-impl Section {
+impl CrossSection {
     /// The outline. Edges at the smallest radius whose nodes are all among `clamped` sit on an axle: it is taken to
     /// end with them, in flat ends that stand still. With the nodes on the axle of a solid body among them it goes from
     /// axle to axle.
@@ -126,7 +126,7 @@ impl Section {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{cylinder, w920s, Cylinder, Focus};
+    use super::super::{cylinder, w920s, CylinderSection, Focus};
     use super::*;
 
     const FOCUS: Focus = Focus { size: 0.02, reach: 0.0, corner: 0.01, largest: 0.03 };
@@ -164,14 +164,19 @@ mod tests {
 
     #[test]
     fn clamped_sides_stay_and_outlines_that_meet_themselves_are_refused() {
-        let ring =
-            Cylinder { inner_radius: 0.1, outer_radius: 0.3, thickness: 0.1, crown_radius: None, contact_offset: 0.0 };
+        let ring = CylinderSection {
+            inner_radius: 0.1,
+            outer_radius: 0.3,
+            thickness: 0.1,
+            crown_radius: None,
+            contact_offset: 0.0,
+        };
         let section = cylinder(&ring, FOCUS).expect("section");
         let side = section.outline(&section.groups["side_minus"]).expect("outline");
         assert_eq!(side, section.outline(&[]).expect("outline"));
         // Without an element inside there is a hole.
         let mut holed = section.clone();
-        let middle = |e: &super::super::Element| section.nodes[e.nodes[8]];
+        let middle = |e: &super::super::SectionElement| section.nodes[e.nodes[8]];
         let inside = |x: [f64; 2]| (x[0] - 0.2).abs() < 0.05 && x[1].abs() < 0.02;
         let found = holed.elements.iter().position(|e| inside(middle(e))).expect("an element inside");
         holed.elements.remove(found);

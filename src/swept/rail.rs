@@ -1,8 +1,8 @@
 //! Sections of rails, as a job gives them.
 
 use super::builtin::finer_at;
-use super::{Beam, BuiltRail, Drawn, Focus, HeadPoint, Measures, Path, Section, SectionContact, Spot};
-use crate::fem::Material;
+use super::{Beam, BuiltRail, CrossSection, Drawn, Focus, HeadPoint, Measures, Path, SectionContact, Spot};
+use crate::fem::ElasticMaterial;
 use crate::{Error, Result};
 use std::rc::Rc;
 
@@ -23,18 +23,18 @@ const FOOT: &str = "foot";
 
 /// The section of a rail with the contact point at a place of its head.
 #[derive(Debug, Clone)]
-pub enum Rail {
+pub enum PlacedRailSection {
     /// The built-in one.
     Built(BuiltRail),
     /// A drawn one.
     Drawn(DrawnRail),
 }
 
-impl Rail {
+impl PlacedRailSection {
     /// The beam that it is, vertically or laterally, of a material with the loss factor `loss`.
-    pub fn beam(&self, material: Material, lateral: bool, loss: f64) -> Result<Beam> {
+    pub fn beam(&self, material: ElasticMaterial, lateral: bool, loss: f64) -> Result<Beam> {
         match self {
-            Rail::Built(rail) => match rail.beam(material, lateral, loss) {
+            PlacedRailSection::Built(rail) => match rail.beam(material, lateral, loss) {
                 Some(beam) => Ok(beam),
                 // The part that shears from its own outline, which chords of coarse edges give to some per cent.
                 None => {
@@ -43,23 +43,23 @@ impl Rail {
                     Ok(Beam { area: published.area, inertia: published.inertia[usize::from(lateral)], ..own })
                 }
             },
-            Rail::Drawn(rail) => rail.drawn.beam(material, lateral, loss),
+            PlacedRailSection::Drawn(rail) => rail.drawn.beam(material, lateral, loss),
         }
     }
 
     /// Area, centroid and second moments of the upright section, as the mesh for the modes has them.
     pub fn measures(&self) -> Result<Measures> {
         match self {
-            Rail::Built(rail) => Ok(BuiltRail::new(rail.rail(), 0.0)?.for_modes()?.measures()),
-            Rail::Drawn(rail) => Ok(rail.drawn.measures()),
+            PlacedRailSection::Built(rail) => Ok(BuiltRail::new(rail.rail(), 0.0)?.for_modes()?.measures()),
+            PlacedRailSection::Drawn(rail) => Ok(rail.drawn.measures()),
         }
     }
 
     /// The contact point.
     pub fn contact(&self) -> HeadPoint {
         match self {
-            Rail::Built(rail) => rail.contact(),
-            Rail::Drawn(rail) => rail.contact,
+            PlacedRailSection::Built(rail) => rail.contact(),
+            PlacedRailSection::Drawn(rail) => rail.contact,
         }
     }
 
@@ -67,32 +67,32 @@ impl Rail {
     /// tangent; 0 there.
     pub fn height(&self, y: f64) -> f64 {
         match self {
-            Rail::Built(rail) => rail.height(y),
-            Rail::Drawn(rail) => rail.height(y),
+            PlacedRailSection::Built(rail) => rail.height(y),
+            PlacedRailSection::Drawn(rail) => rail.height(y),
         }
     }
 
     /// The mesh for the modes, in the frame of the surface at the contact point. A drawn one is as it is drawn.
-    pub fn for_modes(&self) -> Result<Section> {
+    pub fn for_modes(&self) -> Result<CrossSection> {
         match self {
-            Rail::Built(rail) => rail.for_modes(),
-            Rail::Drawn(rail) => rail.section(None),
+            PlacedRailSection::Built(rail) => rail.for_modes(),
+            PlacedRailSection::Drawn(rail) => rail.section(None),
         }
     }
 
     /// The mesh for loads spread over circles of the radius `radius`, m, and more, in the same frame.
-    pub fn for_loads(&self, radius: f64) -> Result<Section> {
+    pub fn for_loads(&self, radius: f64) -> Result<CrossSection> {
         let any = f64::INFINITY;
         match self {
-            Rail::Built(rail) => rail.for_loads(radius),
-            Rail::Drawn(rail) => {
+            PlacedRailSection::Built(rail) => rail.for_loads(radius),
+            PlacedRailSection::Drawn(rail) => {
                 rail.section(Some(Focus { size: radius / 3.0, reach: 1.5 * radius, corner: any, largest: any }))
             }
         }
     }
 }
 
-impl Rail {
+impl PlacedRailSection {
     /// Points at which the loads of a contact at another place of the running line act, in the frame of this rail: that
     /// of the surface at its own contact point. Order 1 has the wavenumber 1 over `radius`, m.
     pub fn contact_at(&self, place: HeadPoint, radius: f64) -> SectionContact {
@@ -103,7 +103,7 @@ impl Rail {
 
     /// The mesh for loads at the own contact and at other places of the running line, spread over circles of the radii
     /// `radii`, m, of which the first one is that of the own contact.
-    pub fn for_loads_at(&self, others: &[HeadPoint], radii: &[f64]) -> Result<Section> {
+    pub fn for_loads_at(&self, others: &[HeadPoint], radii: &[f64]) -> Result<CrossSection> {
         let section = self.for_loads(radii.first().copied().unwrap_or(f64::INFINITY))?;
         let here = self.contact();
         let radii = &radii[radii.len().min(1)..];
@@ -201,7 +201,7 @@ impl DrawnRail {
     }
 
     /// The section in the frame of the contact, finer there if asked for, with the groups of a rail.
-    fn section(&self, focus: Option<Focus>) -> Result<Section> {
+    fn section(&self, focus: Option<Focus>) -> Result<CrossSection> {
         let mut section = self.drawn.in_frame(&self.contact, focus)?;
         let foot = section.groups.remove(&self.foot).unwrap_or_default();
         let mut head: Vec<usize> = section.tread.iter().flatten().copied().collect();

@@ -2,11 +2,11 @@
 //! theirs is longer (M.-C. Rivara, Int. J. Numer. Meth. Eng. 20 (1984) 745); quadrilaterals in the way become two
 //! triangles.
 
-use super::{Element, Section, SectionCell};
+use super::{CrossSection, SectionCell, SectionElement};
 use std::collections::BTreeMap;
 
 /// The section with no edge in an element longer than `wanted`, m, at the element's middle (r, y).
-pub(super) fn refined(section: Section, wanted: impl Fn([f64; 2]) -> f64) -> Section {
+pub(super) fn refined(section: CrossSection, wanted: impl Fn([f64; 2]) -> f64) -> CrossSection {
     let mut work = Work::of(section);
     // With whether it is halved whatever its size.
     let mut open: Vec<(usize, bool)> = (0..work.elements.len()).map(|k| (k, false)).collect();
@@ -44,8 +44,8 @@ pub(super) fn refined(section: Section, wanted: impl Fn([f64; 2]) -> f64) -> Sec
 }
 
 struct Work {
-    section: Section,
-    elements: Vec<Option<Element>>,
+    section: CrossSection,
+    elements: Vec<Option<SectionElement>>,
     /// Elements on either side of the edge between two nodes.
     sides: BTreeMap<[usize; 2], Vec<usize>>,
 }
@@ -55,7 +55,7 @@ fn key(a: usize, b: usize) -> [usize; 2] {
 }
 
 impl Work {
-    fn of(mut section: Section) -> Self {
+    fn of(mut section: CrossSection) -> Self {
         let elements = std::mem::take(&mut section.elements);
         let mut work = Self { section, elements: Vec::new(), sides: BTreeMap::new() };
         elements.into_iter().for_each(|e| {
@@ -64,7 +64,7 @@ impl Work {
         work
     }
 
-    fn add(&mut self, element: Element) -> usize {
+    fn add(&mut self, element: SectionElement) -> usize {
         let number = self.elements.len();
         for edge in element.kind.edges() {
             let [a, b, _] = edge.map(|k| element.nodes[k]);
@@ -74,7 +74,7 @@ impl Work {
         number
     }
 
-    fn take(&mut self, number: usize) -> Option<Element> {
+    fn take(&mut self, number: usize) -> Option<SectionElement> {
         let element = self.elements[number].take()?;
         for edge in element.kind.edges() {
             let [a, b, _] = edge.map(|k| element.nodes[k]);
@@ -86,7 +86,7 @@ impl Work {
     }
 
     /// The longest edge, by its nodes where two are as long, and its length.
-    fn longest(&self, element: &Element) -> ([usize; 2], f64) {
+    fn longest(&self, element: &SectionElement) -> ([usize; 2], f64) {
         let mut longest = ([0, 0], 0.0);
         for edge in element.kind.edges() {
             let [a, b, _] = edge.map(|k| element.nodes[k]);
@@ -99,7 +99,7 @@ impl Work {
         longest
     }
 
-    fn middle(&self, element: &Element) -> [f64; 2] {
+    fn middle(&self, element: &SectionElement) -> [f64; 2] {
         let count = element.nodes.len() as f64;
         [0, 1].map(|c| element.nodes.iter().map(|&k| self.section.nodes[k][c]).sum::<f64>() / count)
     }
@@ -114,7 +114,7 @@ impl Work {
     }
 
     /// The place of a point of an element.
-    fn place(&self, element: &Element, at: [f64; 2]) -> [f64; 2] {
+    fn place(&self, element: &SectionElement, at: [f64; 2]) -> [f64; 2] {
         let shape = element.kind.shape(at, 1.0);
         [0, 1].map(|c| shape.value.iter().zip(&element.nodes).map(|(n, &k)| n * self.section.nodes[k][c]).sum())
     }
@@ -136,13 +136,14 @@ impl Work {
         let turn = usize::from(length(1, 3) < length(0, 2));
         let [a, b, c, d] = [0, 1, 2, 3].map(|k| old.nodes[(k + turn) % 4]);
         let [ab, bc, cd, da] = [0, 1, 2, 3].map(|k| old.nodes[4 + (k + turn) % 4]);
-        let triangle = |nodes: [usize; 6]| Element { kind: SectionCell::Tri6, nodes: nodes.to_vec(), layer: old.layer };
+        let triangle =
+            |nodes: [usize; 6]| SectionElement { kind: SectionCell::Tri6, nodes: nodes.to_vec(), layer: old.layer };
         [triangle([a, b, c, ab, bc, centre]), triangle([a, c, d, centre, cd, da])].map(|e| self.add(e)).into_iter()
     }
 
     /// The triangles that share an edge, halved at its middle.
     fn halve(&mut self, ends: [usize; 2], numbers: &[usize]) -> std::vec::IntoIter<usize> {
-        let old: Vec<Element> = numbers.iter().filter_map(|&k| self.take(k)).collect();
+        let old: Vec<SectionElement> = numbers.iter().filter_map(|&k| self.take(k)).collect();
         let mut quarters = None;
         let mut parts = Vec::new();
         for element in &old {
@@ -151,7 +152,8 @@ impl Work {
             };
             let [a, b, c] = [0, 1, 2].map(|k| element.nodes[(k + turn) % 3]);
             let [m, bc, ca] = [0, 1, 2].map(|k| element.nodes[3 + (k + turn) % 3]);
-            let turned = Element { kind: SectionCell::Tri6, nodes: vec![a, b, c, m, bc, ca], layer: element.layer };
+            let turned =
+                SectionElement { kind: SectionCell::Tri6, nodes: vec![a, b, c, m, bc, ca], layer: element.layer };
             // Nodes at a quarter of the edge from its first and from its last end.
             let (first, at_first, at_last) = match quarters {
                 Some(known) => known,
@@ -166,7 +168,11 @@ impl Work {
             let place = self.place(&turned, [0.25, 0.5]);
             let mc = self.node(place);
             for nodes in [[a, m, c, am, mc, ca], [m, b, c, mb, bc, mc]] {
-                parts.push(self.add(Element { kind: SectionCell::Tri6, nodes: nodes.to_vec(), layer: element.layer }));
+                parts.push(self.add(SectionElement {
+                    kind: SectionCell::Tri6,
+                    nodes: nodes.to_vec(),
+                    layer: element.layer,
+                }));
             }
         }
         parts.into_iter()
@@ -187,7 +193,7 @@ impl Work {
         }
     }
 
-    fn done(mut self) -> Section {
+    fn done(mut self) -> CrossSection {
         self.section.elements = self.elements.into_iter().flatten().collect();
         self.section
     }

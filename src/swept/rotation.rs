@@ -1,7 +1,7 @@
 //! Rotation terms of the modes of one order, at 1 rad/s: exact, as the section holds for all angles.
 
 use super::forms::Prestress;
-use super::modes::Modes;
+use super::modes::FourierModes;
 use super::Forms;
 use faer::Mat;
 
@@ -18,7 +18,7 @@ pub struct RotationBlocks {
 }
 
 /// The rotation of `modes` with the centrifugal `prestress` at 1 rad/s; none leaves K_σ out.
-pub fn blocks(forms: &Forms, modes: &Modes, prestress: Option<&Prestress>) -> RotationBlocks {
+pub fn blocks(forms: &Forms, modes: &FourierModes, prestress: Option<&Prestress>) -> RotationBlocks {
     let (n, phi) = (modes.order, modes.vectors.as_ref());
     // U_j V_k ∓ V_j U_k with the sign of D, which takes e_r to e_θ and e_θ to −e_r.
     let exchanged = phi.transpose() * forms.exchanged(n, phi);

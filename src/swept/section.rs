@@ -1,14 +1,14 @@
 //! The mesh of a section.
 
 use super::{Path, SectionCell, SectionLayer};
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::quadrature::GAUSS_3;
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 
 /// An element of a section.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Element {
+pub struct SectionElement {
     /// Its kind.
     pub kind: SectionCell,
     /// Its nodes, as the kind numbers them.
@@ -17,7 +17,7 @@ pub struct Element {
     pub layer: usize,
 }
 
-impl Element {
+impl SectionElement {
     /// Its nodes the other way round.
     pub(super) fn turn(&mut self) {
         let order: &[usize] = match self.kind {
@@ -32,11 +32,11 @@ impl Element {
 /// A section in lower form: nodes (r, y), m. Of a body of revolution r is the distance from the axle and y = 0 at the
 /// contact point; of one along a line r is z, and both are 0 at the contact point.
 #[derive(Debug, Clone, PartialEq, Default)]
-pub struct Section {
+pub struct CrossSection {
     /// Nodes (r, y), m.
     pub nodes: Vec<[f64; 2]>,
     /// Elements; their area is positive in the plane (r, y).
-    pub elements: Vec<Element>,
+    pub elements: Vec<SectionElement>,
     /// Nodes of each named group of edges, ascending.
     pub groups: BTreeMap<String, Vec<usize>>,
     /// Edges of the running line: first, last and middle node, from small to large y.
@@ -48,7 +48,7 @@ pub struct Section {
 /// Part of the largest radius within which a node is on the axle.
 const ON_AXLE: f64 = 1e-12;
 
-impl Section {
+impl CrossSection {
     /// Nodes on the axle of a solid body of revolution, ascending.
     pub fn on_axle(&self) -> impl Iterator<Item = usize> + '_ {
         let largest = self.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
@@ -56,13 +56,13 @@ impl Section {
     }
 
     /// Material of an element, with `body` as that of elements without a layer.
-    pub fn material(&self, element: &Element, body: Material) -> Material {
+    pub fn material(&self, element: &SectionElement, body: ElasticMaterial) -> ElasticMaterial {
         element.layer.checked_sub(1).and_then(|k| self.layers.get(k)).map_or(body, |layer| layer.material)
     }
 
     /// Mass, kg, y of the centre of mass, m, and moments of inertia about the axle and about a diameter through the
     /// centre of mass, kg m², of the body of revolution of which `body` is the material without layers.
-    pub fn inertia(&self, body: Material) -> [f64; 4] {
+    pub fn inertia(&self, body: ElasticMaterial) -> [f64; 4] {
         let mut sums = [0.0; 4];
         for element in &self.elements {
             let density = self.material(element, body).density;
@@ -92,22 +92,23 @@ impl Section {
     /// The section seen from the other side: y is reversed.
     pub fn mirrored(mut self) -> Self {
         self.nodes.iter_mut().for_each(|x| x[1] = -x[1]);
-        self.elements.iter_mut().for_each(Element::turn);
+        self.elements.iter_mut().for_each(SectionElement::turn);
         self.tread = self.tread.iter().rev().map(|&[first, last, middle]| [last, first, middle]).collect();
         self
     }
 
     /// Area, m².
     pub fn area(&self) -> f64 {
-        let of =
-            |e: &Element| e.kind.points().iter().map(|s| self.jacobian(e, s).1.determinant * s.weight).sum::<f64>();
+        let of = |e: &SectionElement| {
+            e.kind.points().iter().map(|s| self.jacobian(e, s).1.determinant * s.weight).sum::<f64>()
+        };
         self.elements.iter().map(of).sum()
     }
 
     /// The edges of elements whose nodes are all in a group: first, last and middle node.
     pub fn edges(&self, group: &str) -> Vec<[usize; 3]> {
         let inside = |k: usize| self.groups.get(group).is_some_and(|g| g.binary_search(&k).is_ok());
-        let of = |e: &Element| e.kind.edges().iter().map(|edge| edge.map(|k| e.nodes[k])).collect::<Vec<_>>();
+        let of = |e: &SectionElement| e.kind.edges().iter().map(|edge| edge.map(|k| e.nodes[k])).collect::<Vec<_>>();
         self.elements.iter().flat_map(of).filter(|edge| edge.iter().all(|&k| inside(k))).collect()
     }
 
@@ -127,7 +128,7 @@ impl Section {
     }
 
     /// The radius and the Jacobian at a point of an element.
-    pub(super) fn jacobian(&self, element: &Element, shape: &super::shape::Shape) -> (f64, Jacobian) {
+    pub(super) fn jacobian(&self, element: &SectionElement, shape: &super::shape::SectionShape) -> (f64, Jacobian) {
         let mut j = [[0.0; 2]; 2];
         let mut r = 0.0;
         for ((&node, value), slope) in element.nodes.iter().zip(&shape.value).zip(&shape.slope) {

@@ -15,7 +15,7 @@ pub enum SectionCell {
 
 /// Values and derivatives of the shape functions at a point of the reference element.
 #[derive(Debug, Clone)]
-pub struct Shape {
+pub struct SectionShape {
     /// Weight of the integration point on the reference element.
     pub weight: f64,
     /// Values, `[nodes]`.
@@ -68,7 +68,7 @@ impl SectionCell {
     }
 
     /// Shape functions at the integration points.
-    pub fn points(self) -> Vec<Shape> {
+    pub fn points(self) -> Vec<SectionShape> {
         match self {
             SectionCell::Tri6 => triangle_7().into_iter().map(|(at, weight)| self.shape(at, weight)).collect(),
             SectionCell::Quad8 | SectionCell::Quad9 => GAUSS_3
@@ -80,12 +80,12 @@ impl SectionCell {
     }
 
     /// Shape functions at a point of the reference element: [−1, 1]², or the triangle (0, 0), (1, 0), (0, 1).
-    pub fn shape(self, [a, b]: [f64; 2], weight: f64) -> Shape {
+    pub fn shape(self, [a, b]: [f64; 2], weight: f64) -> SectionShape {
         match self {
             SectionCell::Tri6 => {
                 let l = [1.0 - a - b, a, b];
                 let d = [[-1.0, -1.0], [1.0, 0.0], [0.0, 1.0]];
-                let mut shape = Shape { weight, value: Vec::new(), slope: Vec::new() };
+                let mut shape = SectionShape { weight, value: Vec::new(), slope: Vec::new() };
                 for i in 0..3 {
                     shape.value.push(l[i] * (2.0 * l[i] - 1.0));
                     shape.slope.push(d[i].map(|d| d * (4.0 * l[i] - 1.0)));
@@ -99,11 +99,11 @@ impl SectionCell {
             SectionCell::Quad9 => {
                 let nodes = SQUARE.iter().map(|&[p, q]| (quadratic(p, a), quadratic(q, b)));
                 let (value, slope) = nodes.map(|((f, df), (g, dg))| (f * g, [df * g, f * dg])).unzip();
-                Shape { weight, value, slope }
+                SectionShape { weight, value, slope }
             }
             SectionCell::Quad8 => {
                 let (value, slope) = SQUARE[..8].iter().map(|&[p, q]| serendipity([p, q], [a, b])).unzip();
-                Shape { weight, value, slope }
+                SectionShape { weight, value, slope }
             }
         }
     }

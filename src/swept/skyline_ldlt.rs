@@ -80,7 +80,7 @@ impl Envelope {
 }
 
 /// A factorised matrix.
-pub struct Factor {
+pub struct SkylineFactor {
     envelope: Rc<Envelope>,
     /// L.
     values: Vec<f64>,
@@ -88,7 +88,7 @@ pub struct Factor {
     signs: Vec<f64>,
 }
 
-impl Factor {
+impl SkylineFactor {
     /// Factorises the symmetric matrix with these `values` of its lower triangle; their memory becomes that of the
     /// factor.
     pub fn new(envelope: &Rc<Envelope>, values: Vec<f64>) -> Result<Self> {
@@ -255,11 +255,11 @@ mod tests {
     }
 
     /// The factor of a matrix given by its entries (row, column, value).
-    fn factor(n: usize, list: &[(usize, usize, f64)], memory: Vec<f64>) -> Result<Factor> {
+    fn factor(n: usize, list: &[(usize, usize, f64)], memory: Vec<f64>) -> Result<SkylineFactor> {
         let envelope = Rc::new(Envelope::new(n, list.iter().map(|&(i, j, _)| (i, j))));
         let mut values = envelope.empty(memory);
         list.iter().for_each(|&(i, j, v)| values[envelope.place(i, j)] += v);
-        Factor::new(&envelope, values)
+        SkylineFactor::new(&envelope, values)
     }
 
     #[test]
@@ -290,8 +290,8 @@ mod tests {
             other.iter_mut().filter(|at| at.0 >= 190).for_each(|at| at.2 *= if at.0 == at.1 { -1.3 } else { 0.7 });
             let mut values = factor.envelope.empty(Vec::new());
             other.iter().for_each(|&(i, j, v)| values[factor.envelope.place(i, j)] += v);
-            let anew = Factor::new(&factor.envelope, values.clone()).unwrap();
-            let like = Factor::like(&factor, values, 190).unwrap();
+            let anew = SkylineFactor::new(&factor.envelope, values.clone()).unwrap();
+            let like = SkylineFactor::like(&factor, values, 190).unwrap();
             assert!(like.values == anew.values && like.negative() == anew.negative());
             assert!(like.negative() != factor.negative());
             memory = factor.into_memory();

@@ -1,7 +1,7 @@
 //! Springs of revolution between edges of a section and the ground.
 
 use super::forms::Springs;
-use super::Section;
+use super::CrossSection;
 use crate::{Error, Result};
 use std::f64::consts::PI;
 
@@ -19,7 +19,7 @@ pub struct EdgeSprings {
 
 impl EdgeSprings {
     /// Blocks at pairs of nodes of `section`, each radian.
-    pub(super) fn blocks(&self, section: &Section) -> Result<Vec<(usize, usize, Springs)>> {
+    pub(super) fn blocks(&self, section: &CrossSection) -> Result<Vec<(usize, usize, Springs)>> {
         let edges = section.edges(&self.group);
         let radius = |edge: &[usize; 3], values: &[f64; 3]| -> f64 {
             edge.iter().zip(values).map(|(&node, v)| v * section.nodes[node][0]).sum()

@@ -3,7 +3,7 @@
 use super::compliance::{pair_of, sum};
 use super::modes::{below, by_orders, limit_of, of_order};
 use super::*;
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::rails::R60E1;
 use faer::Mat;
 use std::f64::consts::PI;
@@ -24,9 +24,9 @@ mod wheel;
 mod wheelset;
 
 /// The annular cylinders: E = 205 GPa, ν = 0.3, ρ = 7800 kg/m³.
-const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
+const STEEL: ElasticMaterial = ElasticMaterial { young: 205e9, poisson: 0.3, density: 7800.0 };
 /// The beam of 60E1.
-fn beam_60e1(material: Material, lateral: bool, loss: f64) -> Beam {
+fn beam_60e1(material: ElasticMaterial, lateral: bool, loss: f64) -> Beam {
     BuiltRail::new(&R60E1, 0.0).unwrap().beam(material, lateral, loss).unwrap()
 }
 
@@ -37,11 +37,17 @@ fn even(corner: f64, largest: f64) -> Focus {
     Focus { size: largest, reach: 0.0, corner, largest }
 }
 
-fn annulus(crown: Option<f64>, offset: f64) -> Cylinder {
-    Cylinder { inner_radius: 0.1, outer_radius: 0.5, thickness: 0.1, crown_radius: crown, contact_offset: offset }
+fn annulus(crown: Option<f64>, offset: f64) -> CylinderSection {
+    CylinderSection {
+        inner_radius: 0.1,
+        outer_radius: 0.5,
+        thickness: 0.1,
+        crown_radius: crown,
+        contact_offset: offset,
+    }
 }
 
-fn clamped(section: Section, material: Material) -> Forms {
+fn clamped(section: CrossSection, material: ElasticMaterial) -> Forms {
     Forms::new(section, material, &["inner".to_string()]).unwrap()
 }
 
@@ -161,7 +167,11 @@ fn the_other_elements_have_the_same_frequencies() {
             .elements
             .iter()
             .flat_map(|e| {
-                let of = |list: &[usize]| Element { kind, nodes: list.iter().map(|&k| e.nodes[k]).collect(), layer: 0 };
+                let of = |list: &[usize]| SectionElement {
+                    kind,
+                    nodes: list.iter().map(|&k| e.nodes[k]).collect(),
+                    layer: 0,
+                };
                 match kind {
                     SectionCell::Tri6 => vec![of(&[0, 1, 2, 4, 5, 8]), of(&[0, 2, 3, 8, 6, 7])],
                     _ => vec![of(&[0, 1, 2, 3, 4, 5, 6, 7])],
@@ -218,8 +228,13 @@ fn pairs_of_the_annulus_split_as_they_must() {
 /// In plane, inextensional: g = n(n² − 1)/(n² + 1), and prestress takes up just what the convected velocity takes away.
 #[test]
 fn a_thin_free_ring_rotates_as_it_must() {
-    let ring =
-        Cylinder { inner_radius: 0.995, outer_radius: 1.005, thickness: 0.01, crown_radius: None, contact_offset: 0.0 };
+    let ring = CylinderSection {
+        inner_radius: 0.995,
+        outer_radius: 1.005,
+        thickness: 0.01,
+        crown_radius: None,
+        contact_offset: 0.0,
+    };
     let section = cylinder(&ring, even(0.01, 0.01)).unwrap();
     let forms = Forms::new(section, STEEL, &[]).unwrap();
     let prestress = forms.centrifugal().unwrap();
@@ -286,7 +301,7 @@ fn motions_of_the_whole_body_carry_no_centrifugal_stiffness() {
 /// corners are sharp; those here have converged to 3e-4 (`frequencies_of_w920s_have_converged`).
 #[test]
 fn the_wheel_has_its_frequencies() {
-    let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+    let steel = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
     let section = w920s(0.0, even(0.003, 0.02)).unwrap();
     assert!((section.volume() * steel.density - 338.2).abs() < 0.1);
     let forms = clamped(section, steel);
@@ -314,7 +329,7 @@ fn whole_of(constant: &Constant) -> Vec<Mat<f64>> {
 
 fn constant(radius: f64, focus: Focus, last: usize) -> Square {
     let forms = clamped(cylinder(&annulus(Some(0.5), 0.03), focus).unwrap(), STEEL);
-    let constant = Constant::new(&forms, &[Patch { radius }], 0.5).unwrap();
+    let constant = Constant::new(&forms, &[LoadCircle { radius }], 0.5).unwrap();
     let constant = if last > 0 { constant.up_to(last) } else { constant };
     own(&constant)[0]
 }
@@ -360,7 +375,7 @@ fn the_compliance_of_the_contact_has_converged() {
 #[test]
 fn a_contact_beside_the_running_line_is_refused() {
     let forms = clamped(cylinder(&annulus(None, 0.047), COARSE).unwrap(), STEEL);
-    assert_eq!(Constant::new(&forms, &[Patch { radius: 5e-3 }], 0.5).unwrap_err().exit_code(), 2);
+    assert_eq!(Constant::new(&forms, &[LoadCircle { radius: 5e-3 }], 0.5).unwrap_err().exit_code(), 2);
     assert_eq!(w920s(0.05, COARSE).unwrap_err().exit_code(), 2);
     assert_eq!(Forms::new(w920s(0.0, COARSE).unwrap(), STEEL, &["rim".into()]).unwrap_err().exit_code(), 2);
 }

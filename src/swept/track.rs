@@ -5,19 +5,19 @@
 //! ω_c: c = ηs/ω_c. The sleeper moves along the three axes, without turning.
 
 use super::forms::Springs;
-use super::Section;
+use super::CrossSection;
 use crate::{Error, Result};
 
 /// A layer of springs and dashpots; vertical, longitudinal, lateral.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Layer {
+pub struct TrackLayer {
     /// Stiffness of each metre of track, N/m².
     pub stiffness: [f64; 3],
     /// Viscosity of each metre of track, N·s/m².
     pub viscosity: [f64; 3],
 }
 
-impl Layer {
+impl TrackLayer {
     /// The layer of this stiffness, N/m², whose dashpots have the loss factor `loss` where each direction with the
     /// mass `mass`, kg/m, on it resonates.
     pub fn with_loss(stiffness: [f64; 3], loss: f64, mass: f64) -> Self {
@@ -27,20 +27,20 @@ impl Layer {
 
 /// Sleepers and ballast, spread along the track.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sleeper {
+pub struct SleeperLayer {
     /// Mass under one rail, kg/m.
     pub mass: f64,
     /// Ballast.
-    pub ballast: Layer,
+    pub ballast: TrackLayer,
 }
 
 /// Track under a rail.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Track {
+pub struct RailTrack {
     /// Between foot and sleeper, or foot and ground.
-    pub pad: Layer,
+    pub pad: TrackLayer,
     /// Sleepers; none: the pads lie on the ground.
-    pub sleeper: Option<Sleeper>,
+    pub sleeper: Option<SleeperLayer>,
 }
 
 /// diag(vertical, longitudinal, lateral) for (U, V, W) of a section that is turned by `tilt`, rad, from the upright
@@ -57,7 +57,7 @@ fn turned([vertical, longitudinal, lateral]: [f64; 3], tilt: f64) -> [[f64; 3]; 
 }
 
 /// Springs and dashpots of a layer.
-pub(super) fn block(layer: &Layer, tilt: f64) -> Springs {
+pub(super) fn block(layer: &TrackLayer, tilt: f64) -> Springs {
     Springs { stiffness: turned(layer.stiffness, tilt), viscosity: turned(layer.viscosity, tilt) }
 }
 
@@ -69,7 +69,7 @@ pub(super) struct Added {
     pub mass: Option<(usize, f64)>,
 }
 
-impl Track {
+impl RailTrack {
     /// Motions of its own at each order: those of the sleepers.
     pub fn motions(&self) -> usize {
         self.sleeper.map_or(0, |_| 3)
@@ -77,7 +77,7 @@ impl Track {
 
     /// Terms that the track adds to `section`, which is turned by `tilt`, rad, from the upright one, under all of its
     /// group `foot`. A sleeper becomes another node.
-    pub(super) fn added(&self, section: &mut Section, tilt: f64) -> Result<Added> {
+    pub(super) fn added(&self, section: &mut CrossSection, tilt: f64) -> Result<Added> {
         let edges = section.edges("foot");
         let length: f64 = edges.iter().flat_map(|e| section.along(e)).map(|(_, step)| step).sum();
         if !(length > 0.0) {
@@ -103,7 +103,7 @@ impl Track {
                 }
             }
         }
-        if let Some((s, Sleeper { ballast, .. })) = sleeper {
+        if let Some((s, SleeperLayer { ballast, .. })) = sleeper {
             blocks.push((s, s, pad));
             blocks.push((s, s, block(&ballast, tilt)));
         }

@@ -1,7 +1,7 @@
 //! Modes of a rail, order by order of its period, and the damping between all of them.
 
-use super::modes::{contact_functions, Modes};
-use super::{Ends, Forms, LineLoad};
+use super::modes::{contact_functions, FourierModes};
+use super::{AbsorbingEnds, Forms, LineLoad};
 use crate::{Error, Result};
 use faer::Mat;
 
@@ -28,11 +28,11 @@ pub struct RailMode {
 
 /// Damping of a rail beside its track's.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Damping {
+pub struct RailDamping {
     /// Loss factor of the rail: what it stores at a mode's own frequency ω dissipates c = ηk/ω.
     pub loss: f64,
     /// Absorbing ends.
-    pub ends: Option<Ends>,
+    pub ends: Option<AbsorbingEnds>,
 }
 
 /// A mode: index of its order in a list of [`RailMode`], index there, family.
@@ -40,8 +40,8 @@ pub type Member = (usize, usize, usize);
 
 impl RailMode {
     /// Modal data of `modes` of `forms`, with the loads of their order at the contacts.
-    pub fn new(forms: &Forms, modes: Modes, loads: &[LineLoad]) -> Self {
-        let Modes { order, omega, vectors, residual } = modes;
+    pub fn new(forms: &Forms, modes: FourierModes, loads: &[LineLoad]) -> Self {
+        let FourierModes { order, omega, vectors, residual } = modes;
         let m = omega.len();
         let contact = contact_functions(vectors.as_ref(), loads);
         let (springs, dashpots) = match forms.track(order, vectors.as_ref()) {
@@ -117,7 +117,7 @@ pub(super) fn shape(order: usize, family: usize) -> (bool, f64) {
 }
 
 /// ΦᵀCΦ, 1/s, `[members, members]`, of modes `list` of `waves` of `forms`.
-pub fn damping(forms: &Forms, waves: &[RailMode], list: &[Member], given: &Damping) -> Mat<f64> {
+pub fn damping(forms: &Forms, waves: &[RailMode], list: &[Member], given: &RailDamping) -> Mat<f64> {
     let mut c = Mat::zeros(list.len(), list.len());
     for (i, &(a, k, family)) in list.iter().enumerate() {
         for (j, &(b, l, other)) in list.iter().enumerate() {

@@ -7,10 +7,10 @@
 //! the face has none of them up to h = 3 mm and all of them from 12 mm on, linearly between. Force and moment then are
 //! those at the contact within 3 mm, and all depends continuously on its place.
 
-use super::builtin::Lines;
+use super::builtin::SectionLines;
 use super::refine::refined;
 use super::wheelset::{self, SolidAxle};
-use super::{Focus, Path, RunningPlace, Section, SectionContact, SectionLayer, Spot};
+use super::{CrossSection, Focus, Path, RunningPlace, SectionContact, SectionLayer, Spot};
 use crate::{Error, Result};
 use std::f64::consts::PI;
 
@@ -193,7 +193,7 @@ impl Wheel {
     }
 
     /// The section, y = 0 at the contact; an error where nothing of it can be touched.
-    pub(super) fn section(&self, focus: Focus) -> Result<Section> {
+    pub(super) fn section(&self, focus: Focus) -> Result<CrossSection> {
         self.section_with(focus, None)
     }
 
@@ -204,7 +204,7 @@ impl Wheel {
     }
 
     /// The same of a wheelset whose other wheel has a contact as well, and small elements there.
-    pub(super) fn section_with(&self, focus: Focus, opposite: Option<(&Wheel, Focus)>) -> Result<Section> {
+    pub(super) fn section_with(&self, focus: Focus, opposite: Option<(&Wheel, Focus)>) -> Result<CrossSection> {
         self.refuse_untouchable()?;
         opposite.map_or(Ok(()), |(wheel, _)| wheel.refuse_untouchable())?;
         let at = self.loaded_places();
@@ -224,12 +224,12 @@ impl Wheel {
 /// The benchmark wheel W920S: a bore of radius 95 mm, a hub, a straight web, a rim whose tread has the radius 460 mm, a
 /// flange. Its group `inner` is the bore. The contact point lies `contact_offset`, m, from the middle of the web
 /// towards the flange.
-pub fn w920s(contact_offset: f64, focus: Focus) -> Result<Section> {
+pub fn w920s(contact_offset: f64, focus: Focus) -> Result<CrossSection> {
     Wheel::w920s(contact_offset).section(focus)
 }
 
 /// The section with short edges at the re-entrant corners of the web, see [`AT_CORNERS`].
-fn finer_at_corners(section: Section, shape: &WheelShape, offset: f64) -> Section {
+fn finer_at_corners(section: CrossSection, shape: &WheelShape, offset: f64) -> CrossSection {
     let corners = shape.corners().map(|[r, y]| [r, y - offset]);
     let [finest, reach] = AT_CORNERS;
     refined(section, |[r, y]| {
@@ -244,13 +244,13 @@ fn finer_at_corners(section: Section, shape: &WheelShape, offset: f64) -> Sectio
 
 /// Section of the wheel of a shape, with its half of the axle where it has one, and short edges at the corners of the
 /// web; y = 0 at `offset`, m, small elements at the places `at`, (r, y).
-pub(super) fn half(shape: &WheelShape, offset: f64, at: &[[f64; 2]], focus: Focus) -> Section {
+pub(super) fn half(shape: &WheelShape, offset: f64, at: &[[f64; 2]], focus: Focus) -> CrossSection {
     finer_at_corners(made(shape, offset, at, focus), shape, offset)
 }
 
 /// Section of a shape with y = 0 at `offset`, m, and small elements at the places `at`, (r, y). The running line is the
 /// tread and the face of the flange.
-fn made(shape: &WheelShape, offset: f64, at: &[[f64; 2]], focus: Focus) -> Section {
+fn made(shape: &WheelShape, offset: f64, at: &[[f64; 2]], focus: Focus) -> CrossSection {
     let [bore, hub, rim, tread, flange] = shape.radii;
     let [thickness, middle, _] = shape.web;
     let [field, face, back] = shape.rim;
@@ -292,7 +292,7 @@ fn made(shape: &WheelShape, offset: f64, at: &[[f64; 2]], focus: Focus) -> Secti
             [r, y - offset]
         }
     };
-    let lines = Lines { r: &r, y: &y };
+    let lines = SectionLines { r: &r, y: &y };
     let on_tread = |r: f64, _: f64| (r - tread).abs() < SAME;
     let on_face = |r: f64, y: f64| r > tread && (y + offset - face).abs() < SAME;
     let mut section = lines.section_with_face(inside, place, on_tread, on_face);

@@ -5,7 +5,7 @@
 //! where it has one; both meet in the nodes of the middle.
 
 use super::wheel::{half, WheelShape};
-use super::{Element, Focus, Section};
+use super::{CrossSection, Focus, SectionElement};
 
 /// Solid axle of two equal wheels, m: y along the axle as of the wheel.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -71,9 +71,9 @@ type Focused<'a> = (&'a [[f64; 2]], Focus);
 
 /// The section of a wheelset of two wheels of one shape on its axle, y = 0 at `offset` of the first one, m, with small
 /// elements at the places `at` of the first and of the second wheel.
-pub(super) fn made((shape, axle): (&WheelShape, &SolidAxle), offset: f64, at: [Focused; 2]) -> Section {
+pub(super) fn made((shape, axle): (&WheelShape, &SolidAxle), offset: f64, at: [Focused; 2]) -> CrossSection {
     let middle = axle.middle - offset;
-    let named = |mut section: Section| {
+    let named = |mut section: CrossSection| {
         let pick = |inside: &dyn Fn([f64; 2]) -> bool| -> Vec<usize> {
             let own = |k: &usize| inside([section.nodes[*k][0], section.nodes[*k][1] + offset]);
             (0..section.nodes.len()).filter(own).collect()
@@ -89,15 +89,15 @@ pub(super) fn made((shape, axle): (&WheelShape, &SolidAxle), offset: f64, at: [F
 }
 
 /// The section on the other side of y = `middle`, m.
-fn mirrored_about(mut section: Section, middle: f64) -> Section {
+fn mirrored_about(mut section: CrossSection, middle: f64) -> CrossSection {
     section.nodes.iter_mut().for_each(|x| x[1] = 2.0 * middle - x[1]);
-    section.elements.iter_mut().for_each(Element::turn);
+    section.elements.iter_mut().for_each(SectionElement::turn);
     section.tread = section.tread.iter().rev().map(|&[first, last, middle]| [last, first, middle]).collect();
     section
 }
 
 /// Two halves with the same nodes on y = `middle`, m.
-fn joined(mut near: Section, far: Section, middle: f64) -> Section {
+fn joined(mut near: CrossSection, far: CrossSection, middle: f64) -> CrossSection {
     let on = |x: &[f64; 2]| (x[1] - middle).abs() < SAME;
     let shared: Vec<usize> = (0..near.nodes.len()).filter(|&k| on(&near.nodes[k])).collect();
     let mut number = Vec::new();
@@ -111,7 +111,7 @@ fn joined(mut near: Section, far: Section, middle: f64) -> Section {
     }
     for element in far.elements {
         let nodes = element.nodes.iter().map(|&k| number[k]).collect();
-        near.elements.push(Element { nodes, ..element });
+        near.elements.push(SectionElement { nodes, ..element });
     }
     near.tread.extend(far.tread.iter().map(|edge| edge.map(|k| number[k])));
     for (name, nodes) in far.groups {
@@ -123,7 +123,7 @@ fn joined(mut near: Section, far: Section, middle: f64) -> Section {
     near
 }
 
-impl Section {
+impl CrossSection {
     /// Edges of the running line that hang together with the one nearest to `y`, m: those of one wheel.
     pub fn running_at(&self, y: f64) -> Vec<[usize; 3]> {
         let apart = |edge: &[usize; 3]| {

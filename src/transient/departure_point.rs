@@ -3,7 +3,7 @@
 //! along the particle is theirs ([`crate::contact::Stencil::Edge`]), node by node, and what the three find is the same
 //! but for the first order in Vh.
 //!
-//! [`UpwindReconstruction`]: crate::contact::course::Course
+//! [`UpwindReconstruction`]: crate::contact::upwind_reconstruction::UpwindReconstruction
 
 /// Position of the departure point of a node on its line of the grid.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -1,7 +1,7 @@
 //! Prescribed quantities in time: load or approach, creepages.
 
 use super::border::Border;
-use crate::contact::{Creepage, LoadedMotion, Loads, NormalLoad, PatchKinematics};
+use crate::contact::{ContactCreepage, LoadedMotion, Loads, NormalLoad, PatchKinematics};
 use crate::{Error, Result};
 
 /// A quantity as a function of time: straight lines between the points of a table.
@@ -141,7 +141,7 @@ pub struct Loading {
 
 impl Loading {
     /// Load or approach `load` and creepages ξ, η, φ (1, 1, 1/m) of one patch at the speed V, all constant.
-    pub fn constant(load: NormalLoad, creepage: Creepage, speed: f64) -> Self {
+    pub fn constant(load: NormalLoad, creepage: ContactCreepage, speed: f64) -> Self {
         Self::of_patch(Normal::constant(load), PatchDrive::constant(PatchKinematics { speed, creepage }))
     }
 
@@ -225,7 +225,7 @@ mod tests {
 
     #[test]
     fn creepages_are_velocities_over_the_speed() {
-        let creepage = Creepage { longitudinal: 0.1, lateral: 0.2, spin: 0.3 };
+        let creepage = ContactCreepage { longitudinal: 0.1, lateral: 0.2, spin: 0.3 };
         let drive = Loading::constant(NormalLoad::Force(5.0), creepage, 10.0);
         let creep = |v: f64| Tangential::Creep(History::constant(v));
         assert_eq!(drive.patches[0].tangential, [creep(1.0), creep(2.0)]);

@@ -49,7 +49,7 @@ pub use dynamics::Dynamics;
 pub use energy::Energy;
 pub use loading::{DrivenMotion, History, Loading, PatchDrive, Tangential};
 pub use model::Model;
-pub use newton::Memory;
+pub use newton::NewtonMemory;
 pub use points::PointModel;
 pub use problem::{ContactSolver, Effort, StepProblem, StepSolution};
 pub use scheme::Scheme;

@@ -16,7 +16,7 @@ use crate::Result;
 
 /// Data kept for the next step.
 #[derive(Default)]
-pub struct Memory {
+pub struct NewtonMemory {
     factor: Option<PartialPivLu<f64>>,
     /// Unknowns of the factorisation.
     size: usize,
@@ -32,7 +32,7 @@ pub struct Memory {
 /// Excess products after which a new factorisation pays: it costs about as much as that many.
 const WORTH: usize = 40;
 
-impl Memory {
+impl NewtonMemory {
     /// Forgets everything; to be called when the nodes change.
     pub fn forget(&mut self) {
         let mut parts = std::mem::take(&mut self.parts);
@@ -90,7 +90,7 @@ pub(super) fn solve(
     target: f64,
     guess: &[f64],
     shift: &[f64],
-    memory: &mut Memory,
+    memory: &mut NewtonMemory,
     effort: &mut Effort,
 ) -> Result<std::result::Result<StepSolution, (Vec<f64>, Vec<f64>)>> {
     let k = p.nodes();
@@ -245,7 +245,7 @@ impl System<'_, '_> {
         (rows, rhs)
     }
 
-    fn factorise(&self, rows: &[Rows], memory: &mut Memory, effort: &mut Effort) {
+    fn factorise(&self, rows: &[Rows], memory: &mut NewtonMemory, effort: &mut Effort) {
         let (p, k) = (self.p, self.p.nodes());
         let size = 3 * k + p.borders.len();
         let mut j = Mat::<f64>::zeros(size, size);
@@ -320,7 +320,7 @@ impl System<'_, '_> {
         rhs: &[f64],
         forcing: f64,
         limit: usize,
-        memory: &Memory,
+        memory: &NewtonMemory,
         effort: &mut Effort,
     ) -> crate::contact::krylov::Solved {
         let mut solutions = 0;

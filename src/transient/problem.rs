@@ -7,7 +7,7 @@
 
 use super::border::Border;
 use super::delassus::DelassusOperator;
-use super::newton::Memory;
+use super::newton::NewtonMemory;
 use super::{fixed_point, gauss_seidel, newton, split_newton};
 use crate::contact::law::{size, Augmentation, Node, Projected, Status};
 use crate::friction::{FrictionLaw, Remembered};
@@ -109,7 +109,7 @@ impl StepProblem<'_> {
         guess: &[f64],
         response: Option<&[f64]>,
         shift: &[f64],
-        memory: &mut Memory,
+        memory: &mut NewtonMemory,
         effort: &mut Effort,
     ) -> Result<StepSolution> {
         let pressing = |b: &&Border| b.is_normal() && !b.has_traction() && b.row.iter().all(|r| r[2] >= 0.0);
@@ -178,7 +178,7 @@ impl StepProblem<'_> {
         target: f64,
         guess: &[f64],
         shift: Vec<f64>,
-        memory: &mut Memory,
+        memory: &mut NewtonMemory,
         effort: &mut Effort,
     ) -> Result<std::result::Result<StepSolution, (Vec<f64>, Vec<f64>)>> {
         let mut start = (guess.to_vec(), shift);
@@ -202,7 +202,7 @@ impl StepProblem<'_> {
         target: f64,
         mut reaction: Vec<f64>,
         start: Vec<f64>,
-        memory: &mut Memory,
+        memory: &mut NewtonMemory,
         effort: &mut Effort,
     ) -> Result<StepSolution> {
         let border = &self.borders[number];

@@ -18,9 +18,9 @@ use super::aligned::AlignedVec;
 use super::problem::{Effort, StepProblem, StepSolution};
 use super::structure_of_arrays::{lane, lanes, lanes_mut, SoaVec3};
 use crate::dense::dot;
-use normal::{Normal, Wanted};
+use normal::{NormalProblem, WantedGaps};
 use seen::NaturalMap;
-use tangential::Tangential;
+use tangential::TangentialProblem;
 
 mod krylov;
 mod normal;
@@ -31,11 +31,11 @@ mod tangential;
 /// Operators kept for the following steps on the same nodes.
 struct SplitNewton {
     seen: NaturalMap,
-    normal: Normal,
+    normal: NormalProblem,
     /// Once directions are known.
-    tangential: Option<Tangential>,
+    tangential: Option<TangentialProblem>,
     /// Memory for it.
-    spare: Option<Tangential>,
+    spare: Option<TangentialProblem>,
 }
 
 /// The parts, and others whose memory can be used again.
@@ -168,7 +168,7 @@ fn solution(p: &StepProblem<'_>, mut now: Iterate, seen: &NaturalMap) -> StepSol
 impl SplitNewton {
     fn new(p: &StepProblem<'_>, old: Option<Self>) -> Self {
         let spare = old.and_then(|o| o.tangential.or(o.spare));
-        Self { seen: NaturalMap::new(p), normal: Normal::new(p.nodes()), tangential: None, spare }
+        Self { seen: NaturalMap::new(p), normal: NormalProblem::new(p.nodes()), tangential: None, spare }
     }
 
     /// If a load is given and no node that its shift moves is closed, lets the nearest one touch with that load.
@@ -222,7 +222,7 @@ impl SplitNewton {
         Arch::new().dispatch(Gaps { seen, per_unit: -1.0 / unit, gap: &mut gap });
         let borders = seen.normal_borders(p, &now.x, &mut lack);
         let lack = lack.iter().map(|l| *l as f32).collect();
-        let wanted = Wanted { gap, lack };
+        let wanted = WantedGaps { gap, lack };
         let (pressure, nearer) = self.normal.press((p.matrix.gaps(), &borders), open, wanted, forcing, effort);
         now.shift.iter_mut().zip(&nearer).for_each(|(s, n)| *s -= unit * f64::from(*n));
         self.slide(p, &pressure, &mut now.x, forcing, effort);
@@ -238,7 +238,7 @@ impl SplitNewton {
                 tangential.follow(p.matrix, seen, forcing);
                 tangential
             }
-            none => none.insert(Tangential::new(p.matrix, seen, self.spare.take())),
+            none => none.insert(TangentialProblem::new(p.matrix, seen, self.spare.take())),
         };
         // Tractions along the direction of slip follow from the pressures.
         let (mut along, mut rhs, mut soft) = (AlignedVec::zeros(l), AlignedVec::zeros(2 * l), AlignedVec::zeros(l));

@@ -10,13 +10,13 @@ use super::energy::Energy;
 use super::loading::Loading;
 use super::low_rank_modes::LowRankModes;
 use super::model::{Impact, Model};
-use super::newton::Memory;
+use super::newton::NewtonMemory;
 use super::problem::{ContactSolver, Effort, StepProblem};
 use super::scheme::Scheme;
 use crate::dense::{self, dot};
 use crate::friction::{FrictionLaw, Remembered};
 use crate::grid::{ContactPatch, Interface};
-use crate::roughness::Surface;
+use crate::roughness::RoughSurfaces;
 use crate::{Error, Result};
 
 mod construction;
@@ -33,7 +33,7 @@ use integrated::Integrated;
 pub use linearised::StateChanges;
 use roughness_gap::RoughnessGap;
 use step_drive::StepDrive;
-pub use step_result::{ContactProblemView, Fields, PatchReport, StepReport};
+pub use step_result::{ContactProblemView, PatchReport, StepFields, StepReport};
 use step_result::{NodeState, StepEnd};
 use working_set::{InactiveNodes, WorkingSet};
 
@@ -100,7 +100,7 @@ pub struct Stepper<'a> {
     state: State,
     working: WorkingSet,
     outside: InactiveNodes,
-    memory: Memory,
+    memory: NewtonMemory,
     /// The laws at points of quadrature; none where they hold node by node.
     integrated: Option<Integrated>,
     /// Ψ.
@@ -124,7 +124,7 @@ pub struct Stepper<'a> {
 
 impl<'a> Stepper<'a> {
     /// The same on rough surfaces.
-    pub fn rough(mut self, surface: Surface) -> Result<Self> {
+    pub fn rough(mut self, surface: RoughSurfaces) -> Result<Self> {
         self.passing = RoughnessGap::rough(self.model.interface, surface)?;
         Ok(self)
     }
@@ -219,12 +219,12 @@ impl<'a> Stepper<'a> {
     }
 
     /// Fields of the last step.
-    pub fn fields(&self) -> Fields {
+    pub fn fields(&self) -> StepFields {
         let s = self.model.interface;
         let n = s.len();
         let h = self.settings.scheme.step;
         let r = &self.state.reaction;
-        let mut fields = Fields {
+        let mut fields = StepFields {
             pressure: (0..n).map(|i| r[3 * i + 2] / s.weight[i]).collect(),
             traction: (0..n).map(|i| [r[3 * i] / s.weight[i], r[3 * i + 1] / s.weight[i]]).collect(),
             creep: vec![[0.0; 2]; n],

@@ -4,7 +4,7 @@
 use super::program::*;
 use super::transient::open;
 use num_complex::Complex64;
-use railsqueal::fem::Material;
+use railsqueal::fem::ElasticMaterial;
 use railsqueal::rails::R60E1;
 use railsqueal::swept::BuiltRail;
 use serde_json::{json, Value};
@@ -129,7 +129,7 @@ fn scatter_is_in_the_deviations() {
 /// Vertical rates of Timoshenko's beam on a Winkler foundation in closed form give the stiffness of that foundation.
 #[test]
 fn a_beam_in_closed_form_gives_its_foundation() {
-    let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+    let steel = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
     let beam = BuiltRail::new(&R60E1, 0.0).expect("a rail").beam(steel, false, 0.02).expect("a beam");
     let (stiffness, loss) = (250e6 / 0.6, 0.2);
     let viscosity = loss * (stiffness * beam.density * beam.area).sqrt();

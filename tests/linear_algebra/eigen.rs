@@ -2,8 +2,10 @@
 
 use crate::matrices::*;
 use crate::Check;
-use railsqueal::eigen::sparse::{modes, Matrices, Method, ModesOptions, ShiftedFactor, Sliding, SLICED};
-use railsqueal::eigen::{band, lowest, Modes, Pencil};
+use railsqueal::eigen::sparse::{
+    modes, DistributedMatrices, Method, ModesOptions, ShiftedFactor, ShiftedFactors, SLICED,
+};
+use railsqueal::eigen::{band, lowest, FoundModes, Pencil};
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::{dot, DistCsr};
 use railsqueal::petsc::{Factor, FactorOptions, Petsc, Symmetry};
@@ -32,14 +34,15 @@ pub const CHECKS: &[Check] = &[
     ("options and versions of the session", session),
 ];
 
-fn with(world: &World, k: &DistCsr, m: &DistCsr, sigma: f64, count: usize, method: Method) -> Modes {
+fn with(world: &World, k: &DistCsr, m: &DistCsr, sigma: f64, count: usize, method: Method) -> FoundModes {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let kind = if sigma > 0.0 { Symmetry::Indefinite } else { Symmetry::Positive };
     let mut factor = Factor::new(world, &k.minus_scaled(sigma, m), FactorOptions::new(kind), "K - sigma M").unwrap();
     let options = ModesOptions { sigma, count, method, prefix: "test_".into() };
     let mut told = (0, 0);
     let found =
-        modes(&petsc, &mut factor, &Matrices::new(world, k, m), &options, &mut |done, of| told = (done, of)).unwrap();
+        modes(&petsc, &mut factor, &DistributedMatrices::new(world, k, m), &options, &mut |done, of| told = (done, of))
+            .unwrap();
     assert!(
         found.lambda.len() >= count && found.vectors.len() == found.lambda.len(),
         "{method:?}: {}",
@@ -53,10 +56,10 @@ fn with(world: &World, k: &DistCsr, m: &DistCsr, sigma: f64, count: usize, metho
 }
 
 /// The modes by the block method, which must be those of SLEPc.
-fn run(world: &World, k: &DistCsr, m: &DistCsr, sigma: f64, count: usize) -> Modes {
+fn run(world: &World, k: &DistCsr, m: &DistCsr, sigma: f64, count: usize) -> FoundModes {
     let found = with(world, k, m, sigma, count, Method::Blocks);
     let slepc = with(world, k, m, sigma, count, Method::Slepc);
-    let nearest = |modes: &Modes| {
+    let nearest = |modes: &FoundModes| {
         let mut all = modes.lambda.clone();
         all.sort_by(|a, b| (a - sigma).abs().total_cmp(&(b - sigma).abs()));
         all.truncate(count);
@@ -72,7 +75,7 @@ fn run(world: &World, k: &DistCsr, m: &DistCsr, sigma: f64, count: usize) -> Mod
 
 /// Up to `limit`: what is found about different shifts is as orthogonal as it has converged, the rest to working
 /// precision.
-fn orthonormal(world: &World, m: &DistCsr, found: &Modes, limit: f64) {
+fn orthonormal(world: &World, m: &DistCsr, found: &FoundModes, limit: f64) {
     let operator = m.operator(world);
     for (j, x) in found.vectors.iter().enumerate() {
         let mut mx = vec![0.0; x.len()];
@@ -208,10 +211,10 @@ fn alone(world: &World) {
     let k = chain(&own, n, false);
     let m = diagonal(&own, k.ranges.clone(), |_| 1.0);
     let mut factor = Factor::new(&own, &k, FactorOptions::new(Symmetry::Positive), "chain").unwrap();
-    let pencil = Matrices::new(&own, &k, &m);
+    let pencil = DistributedMatrices::new(&own, &k, &m);
     let mut first = ShiftedFactor { factor: &mut factor, sigma: 0.0 };
     let found = railsqueal::eigen::nearest(&pencil, &mut first, 10, &mut |_, _| ()).unwrap();
-    let all = lowest(&pencil, &mut first, &mut Sliding::new(&pencil), 170, &mut |_, _| ()).unwrap();
+    let all = lowest(&pencil, &mut first, &mut ShiftedFactors::new(&pencil), 170, &mut |_, _| ()).unwrap();
     for (i, lambda) in found.lambda.iter().take(10).chain(&all.lambda).enumerate() {
         let k = if i < 10 { i } else { i - 10 };
         assert!((lambda / chain_value(k + 1, n) - 1.0).abs() < 1e-11, "{k}: {lambda}");
@@ -248,7 +251,7 @@ fn too_many(world: &World) {
     let mut factor = Factor::new(world, &k, FactorOptions::new(Symmetry::Positive), "chain").unwrap();
     for method in [Method::Blocks, Method::Slepc] {
         let options = ModesOptions { sigma: 0.0, count: 21, method, prefix: String::new() };
-        let pencil = Matrices::new(world, &k, &m);
+        let pencil = DistributedMatrices::new(world, &k, &m);
         let error = modes(&petsc, &mut factor, &pencil, &options, &mut |_, _| ()).unwrap_err();
         assert_eq!(error.exit_code(), 2);
         assert!(error.message().contains("only 20 degrees of freedom"), "{error}");
@@ -280,13 +283,13 @@ fn cluster_value(i: u64) -> f64 {
     (1.0 + (i / 6) as f64) * (1.0 + 1e-6 * (i % 6) as f64)
 }
 
-fn in_band(world: &World, value: fn(u64) -> f64, n: u64, from: f64, to: f64) -> Modes {
+fn in_band(world: &World, value: fn(u64) -> f64, n: u64, from: f64, to: f64) -> FoundModes {
     // In no order.
     let k = diagonal(world, ranges(world, n, true), |i| value(i * 7 % n));
     let m = diagonal(world, k.ranges.clone(), |_| 1.0);
-    let pencil = Matrices::new(world, &k, &m);
+    let pencil = DistributedMatrices::new(world, &k, &m);
     assert_eq!(pencil.order(), n);
-    let found = band(&pencil, &mut Sliding::new(&pencil), from, to, &mut |_, _| ()).unwrap();
+    let found = band(&pencil, &mut ShiftedFactors::new(&pencil), from, to, &mut |_, _| ()).unwrap();
     orthonormal(world, &m, &found, 1e-8);
     found
 }
@@ -333,7 +336,7 @@ fn session(world: &World) {
     let m = diagonal(world, k.ranges.clone(), |_| 1.0);
     let mut factor = Factor::new(world, &k, FactorOptions::new(Symmetry::Positive), "chain").unwrap();
     let wanted = ModesOptions { sigma: 0.0, count: 4, method: Method::Slepc, prefix: "test_".into() };
-    let pencil = Matrices::new(world, &k, &m);
+    let pencil = DistributedMatrices::new(world, &k, &m);
     modes(&petsc, &mut factor, &pencil, &wanted, &mut |_, _| ()).unwrap();
     let mut unused = petsc.unused_options().unwrap();
     unused.sort();

@@ -6,14 +6,14 @@ use crate::Check;
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::Mat;
 use num_complex::Complex;
-use railsqueal::eigen::quadratic::{nearest, Quadratic, Wanted, BLOCK};
+use railsqueal::eigen::quadratic::{nearest, Quadratic, QuadraticSettings, BLOCK};
 use railsqueal::parallel::World;
 use railsqueal::petsc::complex::ComplexFactor;
 use railsqueal::petsc::csr::DistCsr;
 use railsqueal::petsc::operator::Operator;
 use railsqueal::petsc::pep::{self, QuadraticOptions};
 use railsqueal::petsc::shell::ShellOperator;
-use railsqueal::petsc::two_sided::{two_sided, Start, TwoSidedOptions};
+use railsqueal::petsc::two_sided::{two_sided, StartVectors, TwoSidedOptions};
 use railsqueal::petsc::{Petsc, Span};
 use railsqueal::stability::confirmation::{self, Asked, Problem};
 use railsqueal::stability::dense::DensePencil;
@@ -126,8 +126,12 @@ fn solve(
     let (lambda, vectors) = match way {
         Way::Blocks => {
             let start: Vec<_> = (0..BLOCK).flat_map(|k| start(k as f64)).collect();
-            let found =
-                nearest(operator, &start, &Wanted { target, count, tolerance: 1e-12, loose: 0.0 }, &mut |_, _| {})?;
+            let found = nearest(
+                operator,
+                &start,
+                &QuadraticSettings { target, count, tolerance: 1e-12, loose: 0.0 },
+                &mut |_, _| {},
+            )?;
             (found.lambda, found.vectors)
         }
         Way::Slepc => {
@@ -384,7 +388,8 @@ fn chain_in_a_stream(world: &World) {
             };
             let (x, y) = (start(&right), start(&left));
             let options = TwoSidedOptions { shift, target: exact, tolerance: 1e-10, space: 12, prefix: "test_", span };
-            let pair = two_sided(&petsc, &mut operator, Start { value: exact, right: &x, left: &y }, &options).unwrap();
+            let pair =
+                two_sided(&petsc, &mut operator, StartVectors { value: exact, right: &x, left: &y }, &options).unwrap();
             assert!((pair.value - exact).norm() < 1e-10, "{n} rows, given {given}: {} against {exact}", pair.value);
             // Along the exact ones, but for a factor.
             for (found, exact, side) in [(&pair.right, &right, "right"), (&pair.left, &left, "left")] {

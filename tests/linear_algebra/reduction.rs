@@ -1,7 +1,7 @@
 //! Reduction of bodies given by matrices, densely and by distributed factorisations, against chains in closed form.
 
 use crate::Check;
-use railsqueal::body::matrices::{reduce, Matrices, Reduced};
+use railsqueal::body::matrices::{reduce, BodyMatrices, Reduced};
 use railsqueal::body::matrix_market::Csr;
 use railsqueal::body::modes::Extent;
 use railsqueal::eigen::sparse::Method;
@@ -19,7 +19,7 @@ const ORDERS: [usize; 2] = [300, 1500];
 
 /// A chain of unit masses and springs of 1 N/m, free or between walls, with proportional and other damping. Contact 1
 /// has the first mass as its normal and mass 11, turned round, along x; contact 2 the last mass as its normal.
-fn chain(n: usize, free: bool) -> Matrices {
+fn chain(n: usize, free: bool) -> BodyMatrices {
     let end = |i: usize| if free && (i == 0 || i == n - 1) { 1.0 } else { 2.0 };
     let k = (0..n).map(|i| (i, i, end(i)));
     let k = k.chain((1..n).flat_map(|i| [(i, i - 1, -1.0), (i - 1, i, -1.0)])).collect();
@@ -28,10 +28,10 @@ fn chain(n: usize, free: bool) -> Matrices {
     // A dashpot on the first mass alone couples the modes.
     let damping = Csr::from_entries(n, vec![(0, 0, 0.5)]);
     let contacts = vec![[vec![(10, -1.0)], vec![], vec![(0, 1.0)]], [vec![], vec![], vec![(n - 1, 1.0)]]];
-    Matrices { mass, damping: Some(damping), stiffness, contacts }
+    BodyMatrices { mass, damping: Some(damping), stiffness, contacts }
 }
 
-fn reduced(world: &World, m: &Matrices, count: usize) -> Option<Reduced> {
+fn reduced(world: &World, m: &BodyMatrices, count: usize) -> Option<Reduced> {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let given = world.is_root().then_some(m);
     reduce(&petsc, "lower", given, Extent::Count(count), Method::Blocks, &mut |_, _| ()).unwrap()

@@ -5,14 +5,14 @@ use crate::dense::dense;
 use crate::stability::body as block_on_a_foot;
 use faer::{Mat, MatRef};
 use railsqueal::body::collective_order::{CollectiveOrderCheck, CHECK};
-use railsqueal::body::elements::{Elements, Method};
+use railsqueal::body::elements::{Elements, StaticMethod};
 use railsqueal::body::half_space::{HalfSpace, HalfSpaceBody};
-use railsqueal::body::matrices::Matrices;
+use railsqueal::body::matrices::BodyMatrices;
 use railsqueal::body::matrix_body::MatrixBody;
 use railsqueal::body::matrix_market::Csr;
 use railsqueal::body::modes::Extent;
 use railsqueal::body::rigid::Rigid;
-use railsqueal::body::{Body, Capability};
+use railsqueal::body::{Capability, ElasticBody};
 use railsqueal::eigen::sparse;
 use railsqueal::parallel::World;
 use railsqueal::petsc::Petsc;
@@ -36,10 +36,10 @@ fn both<'p>(world: &World, petsc: &'p Petsc<'p>, layers: usize) -> (Elements<'p>
     let given = world.is_root().then(|| {
         // Rows of the block are single degrees of freedom, none of them held.
         let contacts = dofs.chunks_exact(3).map(|d| [0, 1, 2].map(|c| vec![(d[c] as usize, fe_sign(c))])).collect();
-        Matrices { mass: csr(&mass), damping: Some(csr(&(0.5 * &mass))), stiffness: csr(&stiffness), contacts }
+        BodyMatrices { mass: csr(&mass), damping: Some(csr(&(0.5 * &mass))), stiffness: csr(&stiffness), contacts }
     });
     let matrices = MatrixBody::new(petsc, "matrices", given).unwrap();
-    (Elements::new(petsc, fe, Method::Direct), matrices)
+    (Elements::new(petsc, fe, StaticMethod::Direct), matrices)
 }
 
 /// Contact rows are x, y and n into the body, which is −z.
@@ -70,7 +70,7 @@ struct Given {
 }
 
 /// Asks all that the trait has, and compares it with each other.
-fn ask(world: &World, body: &mut dyn Body, modes: bool) -> Given {
+fn ask(world: &World, body: &mut dyn ElasticBody, modes: bool) -> Given {
     let name = body.name().to_owned();
     body.factorise().unwrap();
     let mut told = (0, 0);
@@ -123,7 +123,7 @@ pub fn every_body_gives_what_it_says(world: &World) {
     let of_elements = ask(world, &mut elements, true);
     assert_eq!(of_elements.omega.len(), COUNT);
     assert!(ask(world, &mut matrices, true).omega[0] > 0.0);
-    let mut iterative = Elements::new(&petsc, block_on_a_foot(world, "iterative", 3, YOUNG), Method::Iterative);
+    let mut iterative = Elements::new(&petsc, block_on_a_foot(world, "iterative", 3, YOUNG), StaticMethod::Iterative);
     iterative.factorise().unwrap();
     let forces: Vec<f64> = (0..iterative.rows()).map(|i| 1e3 * (1.0 + (1.3 * i as f64).sin())).collect();
     let moved = iterative.response(if world.is_root() { &forces } else { &[] }).unwrap();
@@ -194,7 +194,7 @@ pub fn calls_out_of_step_are_told(world: &World) {
     }
     // The same through a body: nobody waits, and nobody computes.
     let petsc = Petsc::start(world, &[], &[]).unwrap();
-    let mut body = Elements::new(&petsc, block_on_a_foot(world, "block", 2, YOUNG), Method::Direct);
+    let mut body = Elements::new(&petsc, block_on_a_foot(world, "block", 2, YOUNG), StaticMethod::Direct);
     let message = match world.is_root() {
         true => body.compliance(&mut |_, _| {}).map(|_| ()),
         false => body.modes(Extent::Count(1), &mut |_, _| {}).map(|_| ()),

@@ -2,8 +2,8 @@
 
 use railsqueal::fem::assembly::{Assembly, Operators};
 use railsqueal::fem::dofs::{DofMap, FIXED};
-use railsqueal::fem::forms::{Coupling, Form, Mass, Stiffness};
-use railsqueal::fem::Material;
+use railsqueal::fem::forms::{Form, Mass, NodeCoupling, Stiffness};
+use railsqueal::fem::ElasticMaterial;
 use railsqueal::mesh::distribute::{distribute, MeshPart};
 use railsqueal::mesh::{facet_key, Cell, CellKind, Mesh};
 use railsqueal::parallel::World;
@@ -11,7 +11,7 @@ use railsqueal::petsc::csr::{dot, DistCsr, Stored};
 use railsqueal::petsc::exchange::Exchange;
 use railsqueal::petsc::mumps::{Factor, FactorOptions, Symmetry};
 
-const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800. };
+const STEEL: ElasticMaterial = ElasticMaterial { young: 205e9, poisson: 0.3, density: 7800. };
 
 /// A block of nx × ny × nz hexahedra over `size`, its inner nodes moved by `move_node`; groups `left` (x = 0) and
 /// `right`.
@@ -110,7 +110,7 @@ pub fn patch_test(world: &World) {
 struct All<F>(F);
 
 impl<F: Form> Form for All<F> {
-    fn coupling(&self) -> Coupling {
+    fn coupling(&self) -> NodeCoupling {
         self.0.coupling()
     }
 

@@ -2,14 +2,14 @@
 //! radiators.
 
 use crate::cells::{all, census, mapped, mixed, named, raised, ring, second, uniform, Split};
-use railsqueal::body::elements::{Elements, Method};
+use railsqueal::body::elements::{Elements, StaticMethod};
 use railsqueal::body::fe::FeBody;
 use railsqueal::body::modes::Extent;
-use railsqueal::body::Body;
+use railsqueal::body::ElasticBody;
 use railsqueal::fem::assembly::{volume, Assembly, Operators};
 use railsqueal::fem::dofs::{DofMap, FIXED};
 use railsqueal::fem::rotation::Axis;
-use railsqueal::fem::{stress, Material};
+use railsqueal::fem::{stress, ElasticMaterial};
 use railsqueal::mesh::distribute::{distribute, MeshPart};
 use railsqueal::mesh::{CellKind, Mesh};
 use railsqueal::parallel::World;
@@ -18,7 +18,7 @@ use railsqueal::petsc::mumps::{Factor, FactorOptions, Symmetry};
 use railsqueal::petsc::Petsc;
 use std::f64::consts::PI;
 
-const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800. };
+const STEEL: ElasticMaterial = ElasticMaterial { young: 205e9, poisson: 0.3, density: 7800. };
 
 fn body(world: &World, mesh: &Mesh, fixed: &[String]) -> (MeshPart, DofMap, Operators) {
     let part = distribute(world, world.is_root().then_some(mesh)).unwrap();
@@ -169,7 +169,7 @@ pub fn modes_of_an_annulus(world: &World) {
     ] {
         let errors = |n: [usize; 3]| -> Vec<f64> {
             let (_, fe) = annulus(world, n, split, full, &[]);
-            let mut body = Elements::new(&petsc, fe, Method::Direct);
+            let mut body = Elements::new(&petsc, fe, StaticMethod::Direct);
             body.factorise().unwrap();
             let omega = body.modes(Extent::Count(12), &mut |_, _| {}).unwrap().omega;
             assert!(omega[..6].iter().all(|w| *w == 0.0), "{omega:?}");
@@ -182,7 +182,7 @@ pub fn modes_of_an_annulus(world: &World) {
         let (mesh, fe) = annulus(world, [6, 24, 1], split, full, &["inner".into()]);
         let kinds: Vec<CellKind> = census(&mesh.cells).into_keys().collect();
         railsqueal::body::rotation::of_revolution(world, &fe, axis).expect("of revolution");
-        let mut body = Elements::new(&petsc, fe, Method::Direct).rotating(axis).unwrap();
+        let mut body = Elements::new(&petsc, fe, StaticMethod::Direct).rotating(axis).unwrap();
         body.factorise().unwrap();
         let modes = body.modes(Extent::Count(12), &mut |_, _| {}).unwrap();
         // φ_sᵀGφ_c = 2g of the pair of one nodal diameter, g = 0.98363 (axisymmetric solution, see `rotation`).
@@ -209,7 +209,7 @@ pub fn radiators_of_any_faces(world: &World) {
         let fixed = |n: usize| fe.dofs.local[n] == FIXED;
         let vector: Vec<f64> = (0..own).filter(|&n| !fixed(n)).flat_map(|_| [0.0, 1.0, 0.0]).collect();
         let modes = railsqueal::body::fe::BodyModes { omega: vec![1.0], residual: vec![0.0], vectors: vec![vector] };
-        let body = Elements::new(&petsc, fe, Method::Direct);
+        let body = Elements::new(&petsc, fe, StaticMethod::Direct);
         let found = railsqueal::sound::surface::radiators(world, &body, &modes, 0.02);
         let side = PI * (0.25 - 0.01);
         let area = 2.0 * side + 2.0 * PI * 0.6 * 0.1;

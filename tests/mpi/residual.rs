@@ -6,7 +6,7 @@ use crate::stability::shared_modes;
 use railsqueal::body::fe::FeBody;
 use railsqueal::body::residual_flexibility::at_node;
 use railsqueal::body::statics::Statics;
-use railsqueal::fem::Material;
+use railsqueal::fem::ElasticMaterial;
 use railsqueal::grid::ContactGrid;
 use railsqueal::parallel::World;
 use railsqueal::petsc::Petsc;
@@ -32,7 +32,7 @@ fn column(world: &World) -> FeBody {
     group(&mut mesh, "contact", &face(CELLS[2]));
     group(&mut mesh, "foot", &face(0));
     let grid = world.is_root().then(|| ContactGrid::from_mesh(&mesh, "contact").unwrap());
-    let material = Material { young: YOUNG, poisson: 0.0, density: 7800.0 };
+    let material = ElasticMaterial { young: YOUNG, poisson: 0.0, density: 7800.0 };
     FeBody::new(world, "lower", world.is_root().then_some(&mesh), grid.as_ref(), material, &["foot".into()]).unwrap()
 }
 

@@ -3,22 +3,22 @@
 
 use crate::elasticity::block;
 use faer::Mat;
-use railsqueal::body::elements::{Elements, Method};
+use railsqueal::body::elements::{Elements, StaticMethod};
 use railsqueal::body::fe::FeBody;
 use railsqueal::body::modes::Extent;
 use railsqueal::body::statics::Statics;
-use railsqueal::body::{Body, ModalMatrix};
+use railsqueal::body::{ElasticBody, ModalMatrix};
 use railsqueal::fem::assembly::Assembly;
-use railsqueal::fem::forms::{Convected, Gyroscopic, Prestress};
+use railsqueal::fem::forms::{Convected, Gyroscopic, PrestressStiffness};
 use railsqueal::fem::rotation::Axis;
-use railsqueal::fem::Material;
+use railsqueal::fem::ElasticMaterial;
 use railsqueal::mesh::cylinder::{build, CylinderSpec, DEFAULT_GROWTH};
 use railsqueal::model::waves;
 use railsqueal::parallel::World;
 use railsqueal::petsc::csr::DistCsr;
 use railsqueal::petsc::Petsc;
 use railsqueal::swept::modes::of_order;
-use railsqueal::swept::{blocks, cylinder, Cylinder, Focus, Forms};
+use railsqueal::swept::{blocks, cylinder, CylinderSection, Focus, Forms};
 use std::f64::consts::PI;
 
 const RADIUS: f64 = 0.5;
@@ -38,7 +38,7 @@ fn annulus(world: &World, size: f64, fixed: &str) -> FeBody {
         patch_half_width: 0.0,
     };
     let mesh = world.is_root().then(|| build(&spec).expect("an annulus"));
-    let material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
+    let material = ElasticMaterial { young: 205e9, poisson: 0.3, density: 7800.0 };
     let groups: Vec<String> = Some(fixed.to_owned()).into_iter().filter(|g| !g.is_empty()).collect();
     FeBody::new(world, "wheel", mesh.as_ref(), None, material, &groups).expect("a body")
 }
@@ -68,7 +68,7 @@ pub fn an_annulus_splits_its_pairs(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let axis = Axis::below(RADIUS);
     let speed = 20.0;
-    let mut body = Elements::new(&petsc, annulus(world, 0.04, "inner"), Method::Direct).rotating(axis).unwrap();
+    let mut body = Elements::new(&petsc, annulus(world, 0.04, "inner"), StaticMethod::Direct).rotating(axis).unwrap();
     body.factorise().unwrap();
     let modes = body.modes(Extent::Count(14), &mut |_, _| {}).unwrap();
     let rotation = modes.rotation.as_ref().unwrap();
@@ -99,16 +99,21 @@ pub fn an_annulus_splits_its_pairs(world: &World) {
 pub fn further_pairs_are_those_of_their_orders(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let (axis, speed) = (Axis::below(RADIUS), 20.0);
-    let mut body = Elements::new(&petsc, annulus(world, 0.04, "inner"), Method::Direct).rotating(axis).unwrap();
+    let mut body = Elements::new(&petsc, annulus(world, 0.04, "inner"), StaticMethod::Direct).rotating(axis).unwrap();
     body.factorise().unwrap();
     let modes = body.modes(Extent::Count(17), &mut |_, _| {}).unwrap();
     let rotation = modes.rotation.as_ref().unwrap();
     let diameters = rotation.diameters();
     let found = waves(&modes.omega, rotation, speed).unwrap();
-    let ring =
-        Cylinder { inner_radius: 0.1, outer_radius: RADIUS, thickness: 0.1, crown_radius: None, contact_offset: 0.0 };
+    let ring = CylinderSection {
+        inner_radius: 0.1,
+        outer_radius: RADIUS,
+        thickness: 0.1,
+        crown_radius: None,
+        contact_offset: 0.0,
+    };
     let section = cylinder(&ring, Focus { size: 0.03, reach: 0.0, corner: 0.003, largest: 0.03 }).unwrap();
-    let steel = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
+    let steel = ElasticMaterial { young: 205e9, poisson: 0.3, density: 7800.0 };
     let forms = Forms::new(section, steel, &["inner".to_owned()]).unwrap();
     let prestress = forms.centrifugal().unwrap();
     let mut pairs = Vec::new();
@@ -156,7 +161,7 @@ pub fn rigid_motions_on_a_distorted_mesh(world: &World) {
     let mut mesh = block([4, 3, 3], [0.2, 0.15, 0.12], skewed);
     // The surface as well.
     mesh.nodes.iter_mut().for_each(|p| *p = [p[0] + 0.2 * p[1] * p[2], p[1] - 0.1 * p[0], p[2] + 0.3 * p[0] * p[0]]);
-    let (density, material) = (7800.0, Material { young: 205e9, poisson: 0.3, density: 7800.0 });
+    let (density, material) = (7800.0, ElasticMaterial { young: 205e9, poisson: 0.3, density: 7800.0 });
     let body = FeBody::new(world, "block", world.is_root().then_some(&mesh), None, material, &[]).expect("a body");
     let axis = Axis::below(0.3);
     let cross = |a: [f64; 3], b: [f64; 3]| -> [f64; 3] {
@@ -220,7 +225,7 @@ pub fn fixed_and_turning_frame_agree(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let axis = Axis::below(RADIUS);
     let speed = 150.0;
-    let mut body = Elements::new(&petsc, annulus(world, 0.04, "inner"), Method::Direct).rotating(axis).unwrap();
+    let mut body = Elements::new(&petsc, annulus(world, 0.04, "inner"), StaticMethod::Direct).rotating(axis).unwrap();
     body.factorise().unwrap();
     let modes = body.modes(Extent::Count(20), &mut |_, _| {}).unwrap();
     let rotation = modes.rotation.as_ref().unwrap();
@@ -288,7 +293,7 @@ pub fn prestress_of_a_free_wheel_balances_rigid_rotations(world: &World) {
         u.iter_mut().zip(rest).for_each(|(u, r)| *u += r);
     }
     let displacement = body.at_nodes(world, &u);
-    let prestress = Prestress { material: body.material, displacement: &displacement };
+    let prestress = PrestressStiffness { material: body.material, displacement: &displacement };
     let rigid: Vec<Vec<f64>> = (0..6)
         .map(|k| {
             let field = |x: [f64; 3]| -> [f64; 3] {
@@ -327,7 +332,7 @@ pub fn prestress_of_a_free_wheel_balances_rigid_rotations(world: &World) {
 pub fn a_free_wheel_precesses(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let speed = 20.0;
-    let free = Elements::new(&petsc, annulus(world, 0.05, ""), Method::Direct);
+    let free = Elements::new(&petsc, annulus(world, 0.05, ""), StaticMethod::Direct);
     let mut body = free.rotating(Axis::below(RADIUS)).unwrap();
     body.factorise().unwrap();
     let modes = body.modes(Extent::Count(10), &mut |_, _| {}).unwrap();
@@ -358,14 +363,14 @@ pub fn a_free_wheel_precesses(world: &World) {
 pub fn what_is_not_of_revolution_is_refused(world: &World) {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
     let refused = |fixed: &str, distance: f64, parts: &[&str]| {
-        let body = Elements::new(&petsc, annulus(world, 0.05, fixed), Method::Direct);
+        let body = Elements::new(&petsc, annulus(world, 0.05, fixed), StaticMethod::Direct);
         let error = body.rotating(Axis::below(distance)).err().expect("an error");
         assert_eq!(error.exit_code(), 2);
         assert!(parts.iter().all(|p| error.to_string().contains(p)), "{error}");
     };
     refused("inner", 0.4, &["bodies.wheel.rotation", "surface", "expected at most 0.05"]);
     for fixed in ["inner", "side_minus"] {
-        let body = Elements::new(&petsc, annulus(world, 0.05, fixed), Method::Direct);
+        let body = Elements::new(&petsc, annulus(world, 0.05, fixed), StaticMethod::Direct);
         assert!(body.rotating(Axis::below(RADIUS)).is_ok(), "{fixed}");
     }
     let mut sector = annulus(world, 0.05, "inner");
@@ -375,6 +380,7 @@ pub fn what_is_not_of_revolution_is_refused(world: &World) {
             sector.dofs.local[node] = 0;
         }
     }
-    let error = Elements::new(&petsc, sector, Method::Direct).rotating(Axis::below(RADIUS)).err().expect("an error");
+    let error =
+        Elements::new(&petsc, sector, StaticMethod::Direct).rotating(Axis::below(RADIUS)).err().expect("an error");
     assert!(error.to_string().contains("support"), "{error}");
 }

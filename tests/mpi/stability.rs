@@ -14,7 +14,7 @@ use railsqueal::body::FullSystem;
 use railsqueal::contact::{LinearContact, LinearMemory, LinearNode, Slip, Tangent};
 use railsqueal::eigen::sparse::Method;
 use railsqueal::fem::rotation::Axis;
-use railsqueal::fem::Material;
+use railsqueal::fem::ElasticMaterial;
 use railsqueal::friction::Relaxation;
 use railsqueal::grid::ContactGrid;
 use railsqueal::job::{Dampings, Stiffnesses, Support};
@@ -25,7 +25,7 @@ use railsqueal::progress::Progress;
 use railsqueal::stability::full::completeness::{partners, Wedge};
 use railsqueal::stability::full::system::System;
 use railsqueal::stability::full::{
-    spectrum, Coupling, DampedBody, Damping, FullBodies, FullOptions, FullSpectrum, Spin,
+    spectrum, Coupling, DampedBody, FullBodies, FullOptions, FullSpectrum, RayleighDamping, Spin,
 };
 use std::f64::consts::PI;
 use std::ops::AddAssign;
@@ -63,7 +63,7 @@ fn supported(
     group(&mut mesh, "contact", &face(layers));
     group(&mut mesh, "foot", &face(0));
     let grid = world.is_root().then(|| ContactGrid::from_mesh(&mesh, "contact").unwrap());
-    let material = Material { young, poisson: 0.3, density: 7800.0 };
+    let material = ElasticMaterial { young, poisson: 0.3, density: 7800.0 };
     let mesh = world.is_root().then_some(&mesh);
     let contacts: Vec<MeshContact> = grid.iter().map(|grid| MeshContact { grid, along: 0.0 }).collect();
     FeBody::held(world, name, mesh, &contacts, material, (fixed, supports)).unwrap()
@@ -439,14 +439,14 @@ fn judge(
 
 /// Unlike bodies with the same damping: real factorisations.
 pub fn unlike_bodies(world: &World) {
-    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let damping = RayleighDamping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
     compare(world, &bodies, [0, 1].map(|body| DampedBody::rayleigh(body, damping)), &contact());
 }
 
 /// Friction that remembers: its coefficients are unknowns beside the pressures.
 pub fn friction_that_remembers(world: &World) {
-    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let damping = RayleighDamping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
     compare(world, &bodies, [0, 1].map(|body| DampedBody::rayleigh(body, damping)), &remembering());
 }
@@ -454,14 +454,14 @@ pub fn friction_that_remembers(world: &World) {
 /// Unlike damping: a complex factorisation for the upper body.
 pub fn unlike_damping(world: &World) {
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
-    let damping = [Damping { alpha: 5.0, beta: 1e-7 }, Damping { alpha: 40.0, beta: 2e-7 }];
+    let damping = [RayleighDamping { alpha: 5.0, beta: 1e-7 }, RayleighDamping { alpha: 40.0, beta: 2e-7 }];
     compare(world, &bodies, [0, 1].map(|body| DampedBody::rayleigh(body, damping[body])), &contact());
 }
 
 /// Mirror images: one factorisation for both.
 pub fn mirror_images(world: &World) {
     let bodies = [body(world, "lower", 2, 205e9)];
-    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let damping = RayleighDamping { alpha: 5.0, beta: 1e-7 };
     compare(world, &bodies, [0, 0].map(|body| DampedBody::rayleigh(body, damping)), &contact());
 }
 
@@ -487,7 +487,7 @@ pub fn modal_damping(world: &World) {
 /// Modal damping of the upper one of two mirror images, beside Rayleigh damping of both: one factorisation.
 pub fn modal_damping_of_a_mirror_image(world: &World) {
     let bodies = [body(world, "lower", 2, 205e9)];
-    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let damping = RayleighDamping { alpha: 5.0, beta: 1e-7 };
     let (omega, _) = dense_modes(world, &bodies[0], 4);
     compare(
         world,
@@ -501,7 +501,7 @@ pub fn modal_damping_of_a_mirror_image(world: &World) {
 pub fn modal_against_rayleigh_damping(world: &World) {
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
     let (omega, _) = dense_modes(world, &bodies[1], 3);
-    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let damping = RayleighDamping { alpha: 5.0, beta: 1e-7 };
     let upper = DampedBody { body: 1, modal: loss(&omega, 0.02), ..DampedBody::default() };
     compare(world, &bodies, [DampedBody::rayleigh(0, damping), upper], &contact());
 }
@@ -524,7 +524,7 @@ pub fn bodies_on_dashpots(world: &World) {
         supported(world, ("lower", 1, 205e9), &[], &[springs]),
         supported(world, ("upper", 2, 180e9), &["foot".into()], &[absorbing]),
     ];
-    let damping = Damping { alpha: 50.0, beta: 2e-7 };
+    let damping = RayleighDamping { alpha: 50.0, beta: 2e-7 };
     compare(world, &bodies, [0, 1].map(|b| DampedBody::rayleigh(b, damping)), &contact());
 }
 
@@ -533,7 +533,7 @@ pub fn bodies_on_dashpots(world: &World) {
 /// reach, each solution is corrected.
 pub fn bodies_that_rotate(world: &World) {
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
-    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let damping = RayleighDamping { alpha: 5.0, beta: 1e-7 };
     let spin = |body: usize, speed: f64| {
         let fe = &bodies[body];
         let axis = Axis::below(0.3);
@@ -575,7 +575,7 @@ fn bar(world: &World, name: &str, free_end: f64) -> FeBody {
         *p = [p[0] - end, p[1] - 0.025, p[2] - 0.1];
     }
     let grid = world.is_root().then(|| ContactGrid::from_mesh(&mesh, "contact").unwrap());
-    let material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
+    let material = ElasticMaterial { young: 205e9, poisson: 0.3, density: 7800.0 };
     FeBody::new(world, name, world.is_root().then_some(&mesh), grid.as_ref(), material, &["foot".into()]).unwrap()
 }
 
@@ -609,7 +609,7 @@ pub fn ranks_without_rows(world: &World) {
         let own = bodies[0].dofs.first()..bodies[0].dofs.first() + bodies[0].dofs.owned() as u64;
         let touching = world.all_gather(&[rows.iter().filter(|r| own.contains(r)).count() as u64]);
         assert!(world.size == 1 || touching.contains(&0), "every rank has contact rows: {touching:?}");
-        let damping = Damping { alpha: 5.0, beta: 1e-7 };
+        let damping = RayleighDamping { alpha: 5.0, beta: 1e-7 };
         let (omega, _) = dense_modes(world, &bodies[1], 3);
         let free = free_modes(world, &bodies[1], 3);
         for (a, b) in free.iter().zip(&omega) {
@@ -626,7 +626,7 @@ pub fn ranks_without_rows(world: &World) {
 /// A pair that is none has the backward error |P(λ)x| / ((|λ|²‖M‖ + |λ|‖C‖ + ‖K‖) |x|) of the equations assembled
 /// here, which sees the eigenvalue and the vector.
 pub fn backward_errors(world: &World) {
-    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let damping = RayleighDamping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
     let places = [0, 1].map(|body| DampedBody::rayleigh(body, damping));
     let s = contact();
@@ -652,7 +652,7 @@ pub fn backward_errors(world: &World) {
 /// yᵀ(A x) = (Aᵀy)ᵀ x for the matrices and for the inverse at a shift: real and complex factors, damped modes,
 /// friction that remembers, rotation.
 pub fn transposed_system(world: &World) {
-    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let damping = RayleighDamping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
     let modes: Vec<BodyModes> = bodies.iter().map(|b| shared_modes(world, b, 8)).collect();
     let (omega, _) = dense_modes(world, &bodies[1], 8);
@@ -660,7 +660,7 @@ pub fn transposed_system(world: &World) {
     let lower = DampedBody::rayleigh(0, damping);
     let cases = [
         [lower.clone(), DampedBody::rayleigh(1, damping)],
-        [lower.clone(), DampedBody::rayleigh(1, Damping { alpha: 40.0, beta: 2e-7 })],
+        [lower.clone(), DampedBody::rayleigh(1, RayleighDamping { alpha: 40.0, beta: 2e-7 })],
         [lower, damped],
     ];
     let petsc = Petsc::start(world, &[], &[]).unwrap();
@@ -697,7 +697,7 @@ pub fn transposed_system(world: &World) {
 
 /// Eigenpairs that do not reach the tolerance are refused.
 pub fn inaccurate_pairs_are_refused(world: &World) {
-    let damping = Damping { alpha: 5.0, beta: 1e-7 };
+    let damping = RayleighDamping { alpha: 5.0, beta: 1e-7 };
     let bodies = [body(world, "lower", 2, 205e9), body(world, "upper", 1, 150e9)];
     let places = [0, 1].map(|body| DampedBody::rayleigh(body, damping));
     let Reference { exact, .. } = Reference::new(world, &bodies, &places, &contact());

@@ -6,29 +6,29 @@ use crate::elasticity::{block, group};
 use faer::linalg::solvers::Solve;
 use faer::Mat;
 use num_complex::Complex;
-use railsqueal::body::elements::{Elements, Method};
+use railsqueal::body::elements::{Elements, StaticMethod};
 use railsqueal::body::fe::FeBody;
 use railsqueal::body::modes::Extent;
 use railsqueal::body::statics::Statics;
-use railsqueal::body::{Body, TraceModes};
+use railsqueal::body::{ElasticBody, TraceModes};
 use railsqueal::eigen::sparse;
-use railsqueal::fem::Material;
+use railsqueal::fem::ElasticMaterial;
 use railsqueal::job::{Absorbing, Component, Dampings, Per, Stiffnesses, Support};
 use railsqueal::mesh::Mesh;
 use railsqueal::parallel::World;
 use railsqueal::petsc::Petsc;
-use railsqueal::swept::{self, cylinder, Cylinder, EdgeSprings, Focus, Forms};
+use railsqueal::swept::{self, cylinder, CylinderSection, EdgeSprings, Focus, Forms};
 use std::f64::consts::PI;
 
-const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
+const STEEL: ElasticMaterial = ElasticMaterial { young: 205e9, poisson: 0.3, density: 7800.0 };
 /// Material without lateral contraction.
-const PLAIN: Material = Material { young: 205e9, poisson: 0.0, density: 7800.0 };
+const PLAIN: ElasticMaterial = ElasticMaterial { young: 205e9, poisson: 0.0, density: 7800.0 };
 
 fn on(group: &str) -> Support {
     Support { group: group.into(), ..Support::default() }
 }
 
-fn body(world: &World, mesh: &Mesh, material: Material, fixed: &[&str], supports: &[Support]) -> FeBody {
+fn body(world: &World, mesh: &Mesh, material: ElasticMaterial, fixed: &[&str], supports: &[Support]) -> FeBody {
     let fixed: Vec<String> = fixed.iter().map(|g| g.to_string()).collect();
     FeBody::held(world, "block", world.is_root().then_some(mesh), &[], material, (&fixed, supports)).expect("a body")
 }
@@ -36,7 +36,7 @@ fn body(world: &World, mesh: &Mesh, material: Material, fixed: &[&str], supports
 /// Collective: modes and residuals of a body.
 fn modes(world: &World, fe: FeBody, count: usize, by: sparse::Method) -> TraceModes {
     let petsc = Petsc::start(world, &[], &[]).unwrap();
-    let mut body = Elements::new(&petsc, fe, Method::Direct).with_modes_by(by);
+    let mut body = Elements::new(&petsc, fe, StaticMethod::Direct).with_modes_by(by);
     body.factorise().unwrap();
     body.modes(Extent::Count(count), &mut |_, _| {}).unwrap()
 }
@@ -332,7 +332,7 @@ pub fn what_supports_leave_free(world: &World) {
         near(*a, *b, 1e-8, "elastic mode of a free block");
     }
     // Whatever their number, and of a material that is nearly incompressible.
-    let stiff = Material { poisson: 0.4999999, ..STEEL };
+    let stiff = ElasticMaterial { poisson: 0.4999999, ..STEEL };
     for (material, count) in [(STEEL, 7), (STEEL, 9), (STEEL, 23), (STEEL, 40), (stiff, 12)] {
         let of = |by| modes(world, body(world, &mesh, material, &[], &[]), count, by).omega;
         let (blocks, slepc) = (of(sparse::Method::Blocks), of(sparse::Method::Slepc));
@@ -368,7 +368,7 @@ pub fn half_of_a_block(world: &World) {
 /// A swept ring on soft springs moves as a rigid one: along its axle, across it, and round it.
 pub fn a_swept_ring_on_springs(_: &World) {
     let (inner, outer, width) = (0.1, 0.3, 0.1);
-    let ring = Cylinder {
+    let ring = CylinderSection {
         inner_radius: inner,
         outer_radius: outer,
         thickness: width,

@@ -1,8 +1,8 @@
 //! The surface of a distributed body as radiators.
 
-use railsqueal::body::elements::{Elements, Method};
+use railsqueal::body::elements::{Elements, StaticMethod};
 use railsqueal::body::fe::{BodyModes, FeBody};
-use railsqueal::fem::Material;
+use railsqueal::fem::ElasticMaterial;
 use railsqueal::mesh::cylinder::{build, CylinderSpec, DEFAULT_GROWTH};
 use railsqueal::parallel::World;
 use railsqueal::petsc::Petsc;
@@ -26,10 +26,10 @@ pub fn the_boundary_is_found_once(world: &World) {
         patch_half_width: 12e-3,
     };
     let mesh = world.is_root().then(|| build(&spec).expect("a ring"));
-    let material = Material { young: 205e9, poisson: 0.3, density: 7800. };
+    let material = ElasticMaterial { young: 205e9, poisson: 0.3, density: 7800. };
     let fe = FeBody::new(world, "ring", mesh.as_ref(), None, material, &[]).expect("a body");
     let petsc = Petsc::start(world, &[], &[]).expect("PETSc");
-    let body = Elements::new(&petsc, fe, Method::Direct);
+    let body = Elements::new(&petsc, fe, StaticMethod::Direct);
     // Motion along x, along the axis y, and outward, all of 1 m.
     let centre = [0.0, 0.0, -outer];
     let ways: [fn([f64; 3]) -> [f64; 3]; 3] = [

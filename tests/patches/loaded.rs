@@ -36,7 +36,7 @@ impl Wheel {
         }
         let lower = ReducedBody::new(omega, vec![6.0; 3], contact_modes, compliance);
         let pair = CoupledModel::new(&lower, &rigid(2 * n)).unwrap();
-        let of = |lateral| Creepage { lateral, ..Creepage::default() };
+        let of = |lateral| ContactCreepage { lateral, ..ContactCreepage::default() };
         let kinematics = vec![
             PatchKinematics { speed: 10.0, creepage: of(lateral[0]) },
             PatchKinematics { speed: 11.0, creepage: of(lateral[1]) },
@@ -80,8 +80,8 @@ fn own_loads_of_patches_apart_are_those_of_single_ones() {
     let n = s.len();
     let bodies = [modal(&s, &[600.0, 1300.0], 0.0), modal(&s, &[900.0, 2100.0], 1.1)];
     let rolling = [
-        PatchKinematics { speed: 10.0, creepage: Creepage { longitudinal: 0.0, lateral: 0.003, spin: 0.3 } },
-        PatchKinematics { speed: 14.0, creepage: Creepage { longitudinal: 0.001, lateral: -0.012, spin: 0.0 } },
+        PatchKinematics { speed: 10.0, creepage: ContactCreepage { longitudinal: 0.0, lateral: 0.003, spin: 0.3 } },
+        PatchKinematics { speed: 14.0, creepage: ContactCreepage { longitudinal: 0.001, lateral: -0.012, spin: 0.0 } },
     ];
     let forces = [NormalLoad::Force(40e3), NormalLoad::Force(20e3)];
     let both = Interface::joined(vec![s.clone(), s.clone()]).unwrap();
@@ -130,7 +130,7 @@ fn own_loads_of_patches_apart_are_those_of_single_ones() {
 fn a_patch_without_load_changes_no_step() {
     let h = Humps::new();
     let n = h.patches.patches[0].len();
-    let rolling = Humps::rolling(Creepage { longitudinal: 1e-3, lateral: -2e-3, spin: 0.3 });
+    let rolling = Humps::rolling(ContactCreepage { longitudinal: 1e-3, lateral: -2e-3, spin: 0.3 });
     let run = |s: &Interface, w: &Mat<f64>, kinematics: &[PatchKinematics], loads: &[NormalLoad]| {
         let none = Mat::zeros(3 * s.len(), 0);
         let model = quasi_static(s, w, &none);

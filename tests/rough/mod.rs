@@ -4,10 +4,10 @@ use super::{near, settings, PI};
 use faer::Mat;
 use num_complex::Complex64;
 use railsqueal::body::half_space::HalfSpace;
-use railsqueal::contact::{Creepage, NormalLoad};
+use railsqueal::contact::{ContactCreepage, NormalLoad};
 use railsqueal::grid::Interface;
 use railsqueal::model::combined_compliance;
-use railsqueal::roughness::{RoughnessFeature, Shape, Surface};
+use railsqueal::roughness::{RoughSurfaces, RoughnessFeature, RoughnessShape};
 use railsqueal::transient::loading::{History, Loading, Normal};
 use railsqueal::transient::{Model, Settings, State, Stepper};
 
@@ -50,7 +50,7 @@ impl Pair {
     }
 
     fn settings(&self, approach: f64, speed: f64) -> Settings {
-        settings(STEP, Loading::constant(NormalLoad::Approach(approach), Creepage::default(), speed), 0.0)
+        settings(STEP, Loading::constant(NormalLoad::Approach(approach), ContactCreepage::default(), speed), 0.0)
     }
 
     /// At rest, pressed together without roughness: the springs and the contact in balance after a while.
@@ -73,9 +73,9 @@ fn force(state: &State) -> f64 {
     state.reaction.iter().skip(2).step_by(3).sum()
 }
 
-fn rough(part: Shape, at: f64, speed: f64) -> Surface {
+fn rough(part: RoughnessShape, at: f64, speed: f64) -> RoughSurfaces {
     let part = RoughnessFeature::Shape { shape: part, at, period: None };
-    Surface { speed, onset: 0.1, parts: [vec![part], vec![]] }
+    RoughSurfaces { speed, onset: 0.1, parts: [vec![part], vec![]] }
 }
 
 /// F = r / (α1 + α2 + α_c) with the receptances of the bodies and the compliance of the contact, which comes from two
@@ -93,7 +93,7 @@ fn small_waves_make_the_force_that_receptances_and_contact_stiffness_predict() {
     assert!(contact > 1e-10 && contact < statics, "{contact:e} m/N beside {statics:e} m/N");
     for frequency in [300.0, 600.0, 1000.0] {
         let (omega, speed) = (2.0 * PI * frequency, frequency * wavelength);
-        let surface = rough(Shape::Wave { length: wavelength, height: amplitude }, 0.0, speed);
+        let surface = rough(RoughnessShape::Wave { length: wavelength, height: amplitude }, 0.0, speed);
         let mut stepper =
             Stepper::new(pair.model(), pair.settings(APPROACH, speed), start.clone()).unwrap().rough(surface).unwrap();
         // Eight periods of the scheme's steps after all has come in.
@@ -122,7 +122,7 @@ fn a_flat_opens_the_contact_and_strikes() {
     let (pair, speed) = (Pair::new(), 20.0);
     let start = pair.pressed(APPROACH);
     let load = force(&start);
-    let surface = || rough(Shape::RoundedFlat { length: 0.04, depth: 6e-4 }, 0.2, speed);
+    let surface = || rough(RoughnessShape::RoundedFlat { length: 0.04, depth: 6e-4 }, 0.2, speed);
     let stepper = |state: State| Stepper::new(pair.model(), pair.settings(APPROACH, speed), state).unwrap();
     let mut run = stepper(start).rough(surface()).unwrap();
     let mut again = None;

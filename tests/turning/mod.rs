@@ -5,7 +5,7 @@ use super::*;
 use faer::linalg::solvers::Solve;
 use railsqueal::model::{turning, ModalRotation};
 use railsqueal::transient::scheme::Modal;
-use railsqueal::transient::{DelassusOperator, Dynamics, Effort, Memory, StepProblem};
+use railsqueal::transient::{DelassusOperator, Dynamics, Effort, NewtonMemory, StepProblem};
 
 /// Angular velocity, rad/s.
 const SPEED: f64 = 60.0;
@@ -60,7 +60,7 @@ fn damped(nodes: usize, speed: f64, damping: [f64; 3]) -> Squeal {
 /// Rubbed without rolling, as in [`rubbed`], from rest under a given approach.
 fn settings_of(squeal: &Squeal, step: f64, approach: f64) -> Settings {
     let load = NormalLoad::Approach(approach);
-    let mut settings = squeal.settings(Creepage::default(), load, step, ContactSolver::Newton);
+    let mut settings = squeal.settings(ContactCreepage::default(), load, step, ContactSolver::Newton);
     settings.drive.patches[0].speed = 0.0;
     settings.drive.patches[0].tangential[1] = Tangential::Creep(History::constant(0.05));
     settings
@@ -68,7 +68,7 @@ fn settings_of(squeal: &Squeal, step: f64, approach: f64) -> Settings {
 
 fn pressed(squeal: &Squeal) -> (State, f64) {
     let friction = FrictionLaw::Constant(0.0);
-    let pressed = SteadyProblem { friction, ..squeal.steady(Creepage::default()) }.solve().unwrap();
+    let pressed = SteadyProblem { friction, ..squeal.steady(ContactCreepage::default()) }.solve().unwrap();
     (squeal.rest(&pressed.pressure, &pressed.traction, pressed.motions[0]), pressed.motions[0])
 }
 
@@ -140,7 +140,7 @@ fn in_the_turning_frame(squeal: &Squeal, start: &State, step: f64, steps: usize,
             borders: &[],
             tolerance: 1e-10,
         };
-        let (mut memory, mut effort) = (Memory::default(), Effort::default());
+        let (mut memory, mut effort) = (NewtonMemory::default(), Effort::default());
         let found = problem.solve(ContactSolver::Newton, &reaction, None, &[], &mut memory, &mut effort).unwrap();
         reaction = found.reaction;
         let new = solved(force(&psi, &reaction));
@@ -203,7 +203,7 @@ fn both_waves_of_a_pair_grow_as_the_linear_analysis_says() {
         let (mut now, mut next) = (Mat::<f64>::zeros(6, 6), Mat::<f64>::zeros(6, 6));
         for wave in &waves {
             let start = squeal.rest(&solution.pressure, &solution.traction, solution.motions[0]);
-            let along = Creepage { lateral: creepage, ..Creepage::default() };
+            let along = ContactCreepage { lateral: creepage, ..ContactCreepage::default() };
             let settings = squeal.settings(along, NormalLoad::Approach(solution.motions[0]), h, ContactSolver::Newton);
             let mut calm = Stepper::new(squeal.model(), settings.clone(), start.clone()).unwrap();
             let amplitude = 5e-7 / wave.modal.iter().map(|z| z.norm()).fold(0.0, f64::max);

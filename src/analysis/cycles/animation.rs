@@ -4,7 +4,7 @@
 //! u(x, θ) = Re Σ_{k ≥ 1} Σ_m φ_m(x) q_mk e^{ikθ} with the modal amplitudes q_mk of the multiple k of the frequency.
 
 use crate::analysis::run::Run;
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::case::display_modes::Pictures;
 use crate::cycles::{BranchPoint, PeriodicSolution};
 use crate::job::Job;
@@ -26,7 +26,7 @@ pub fn is_shown(job: &Job) -> bool {
 }
 
 /// Collective: writes `FILE.cycles.vtkhdf` with the cycles that have a period in the tables.
-pub(super) fn write(run: &mut Run, bodies: &Bodies, branches: &[OneBranch], every: Option<u32>) -> Result<()> {
+pub(super) fn write(run: &mut Run, bodies: &BuiltBodies, branches: &[OneBranch], every: Option<u32>) -> Result<()> {
     if !is_shown(run.job) {
         return Ok(());
     }
@@ -101,7 +101,7 @@ fn real([re, _]: [Vec<f64>; 2]) -> Vec<f64> {
 
 /// Displacements of the bodies with meshes of their own under modal amplitudes `q`, m √kg, `[m]`, at this rank's nodes,
 /// m, `[3 nodes]` each.
-fn moved(bodies: &Bodies, q: &[C]) -> Result<Vec<Vec<f64>>> {
+fn moved(bodies: &BuiltBodies, q: &[C]) -> Result<Vec<Vec<f64>>> {
     let mut first = 0;
     let mut all = Vec::new();
     for place in &bodies.places {

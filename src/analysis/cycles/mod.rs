@@ -18,7 +18,7 @@ use super::radiation::Sounding;
 use super::reduction::Reduction;
 use super::run::Run;
 use crate::body::TraceModes;
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::case::limit_cycle_point::watch;
 use crate::cycles::Structure;
 use crate::job::{key_unit, Branches, RADIUS};
@@ -45,7 +45,7 @@ pub fn run(
     run: &mut Run,
     wanted: &Branches,
     model: &Reduction,
-    (bodies, modes): (&Bodies, &[TraceModes]),
+    (bodies, modes): (&BuiltBodies, &[TraceModes]),
 ) -> Result<()> {
     let (world, job) = (run.world(), run.job);
     run.progress.stage("limit cycles");

@@ -6,7 +6,7 @@ use crate::case::transient_problem::TransientProblem;
 use crate::cycles::{BranchExtent, Conditions, Family, Resolution};
 use crate::grid::Interface;
 use crate::job::{self, range, Branches, Job, StabilityState, StartState};
-use crate::model::{CoupledModel, Dynamics, SharedModel};
+use crate::model::{CoupledModel, ModalDynamics, SharedModel};
 use crate::stability::grows;
 use crate::stop::Stop;
 use crate::{Error, Result};
@@ -39,7 +39,7 @@ impl Family for Search<'_> {
         Ok(Conditions { settings, interface: ready.interface().clone() })
     }
 
-    fn dynamics(&self, key: f64) -> Result<Option<Dynamics>> {
+    fn dynamics(&self, key: f64) -> Result<Option<ModalDynamics>> {
         self.bodies.map(|bodies| bodies.borrow().dynamics(&self.job_at(key)?)).transpose()
     }
 }

@@ -3,7 +3,7 @@
 pub(crate) mod shapes;
 
 use crate::body::{Side, TraceModes};
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::job::Job;
 use crate::output::datasets::reduced::{load, of_modes_alone, Origin, Reused};
 use crate::output::Reader;
@@ -11,7 +11,7 @@ use crate::{Error, Result};
 use std::path::Path;
 
 /// Contents of the group `/reduced` beside a model made from `bodies` with these `modes`.
-pub fn origin(bodies: &Bodies, modes: &[TraceModes]) -> Origin {
+pub fn origin(bodies: &BuiltBodies, modes: &[TraceModes]) -> Origin {
     let alike = bodies.places.len() == 2 && bodies.places[0].body == bodies.places[1].body;
     let residual = |side: Side| {
         let place = bodies.places.iter().find(|p| p.side == side);

@@ -4,7 +4,7 @@
 use crate::analysis::RunOptions;
 use crate::body::fe::BodyModes;
 use crate::body::{Fields, Side, TraceModes};
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::output::{companion, Reader, Values, SHAPES};
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -35,17 +35,17 @@ pub fn of_unfinished(options: &RunOptions) -> Option<PathBuf> {
     own.or_else(|| options.reuse.as_deref().and_then(shape_file))
 }
 
-/// Collective: gives each of [`Bodies::unique`] its mode shapes from the `file` of the run that gave the `modes` of
-/// these bodies, which rank 0 has; in double precision if `whole`. What stands against it is an error with a message
+/// Collective: gives each of [`BuiltBodies::unique`] its mode shapes from the `file` of the run that gave the `modes`
+/// of these bodies, which rank 0 has; in double precision if `whole`. What stands against it is an error with a message
 /// for the user.
 pub fn read(
     world: &World,
     (file, whole): (&Path, bool),
-    bodies: &mut Bodies,
+    bodies: &mut BuiltBodies,
     modes: Option<&[TraceModes]>,
 ) -> Result<()> {
     let same = if whole { SAME_DOUBLE } else { SAME };
-    let Bodies { places, unique } = bodies;
+    let BuiltBodies { places, unique } = bodies;
     for (index, body) in unique.iter_mut().enumerate() {
         let side = places.iter().find(|p| p.body == index).map_or(Side::Lower, |p| p.side);
         let known = || {

@@ -8,7 +8,7 @@ use super::near_axis::{BaseEigenvalue, FitInputs, NearAxis};
 use crate::contact::SteadySolution;
 use crate::job::SweepPlan;
 use crate::output::datasets::sweep::{Followed, Outcome};
-use crate::stability::secular::{KnownSpectrum, State};
+use crate::stability::secular::{KnownSpectrum, LastSpectrum};
 use crate::{Error, Result};
 use std::cell::RefCell;
 use std::collections::HashMap;
@@ -24,7 +24,7 @@ const MOST_PLACED: usize = 48;
 pub(super) struct BasePoint {
     pub outcome: Result<Outcome>,
     /// State of the search for eigenvalues.
-    pub state: State,
+    pub state: LastSpectrum,
     /// Its eigenvalues that oscillate.
     pub candidates: Vec<BaseEigenvalue>,
     /// Eigenvalues that those of other points are continued from: those near the axis, and more of them where these go
@@ -37,7 +37,13 @@ pub(super) struct BasePoint {
 impl BasePoint {
     /// A base point that could not be computed.
     pub fn failed(error: Error) -> Self {
-        Self { outcome: Err(error), state: State::present(), candidates: Vec::new(), known: Vec::new(), rolling: None }
+        Self {
+            outcome: Err(error),
+            state: LastSpectrum::present(),
+            candidates: Vec::new(),
+            known: Vec::new(),
+            rolling: None,
+        }
     }
 
     /// Modes that are followed there.

@@ -7,7 +7,7 @@ use super::sound::SoundSetup;
 use super::{goes_on, point_of};
 use crate::analysis::radiation::Sounding;
 use crate::case::interface::points as points_of;
-use crate::case::limit_cycle_point::{LimitCyclePoint, Motion, PointCache};
+use crate::case::limit_cycle_point::{CycleMotion, LimitCyclePoint, PointCache};
 use crate::contact::points::interface as interface_of;
 use crate::job::{Branch, Cycles, Job, SweepPlan};
 use crate::model::SharedModel;
@@ -59,7 +59,7 @@ pub(super) fn chains(plan: &SweepPlan, cycles: &Cycles, members: &[usize]) -> Ve
 }
 
 /// Data that one rank needs for its chains.
-pub(super) struct Following<'a> {
+pub(super) struct CycleChains<'a> {
     pub(super) cycles: &'a Cycles,
     pub(super) points: &'a [Option<Job>],
     /// Folder of finished points.
@@ -118,7 +118,7 @@ impl All {
     }
 }
 
-impl Following<'_> {
+impl CycleChains<'_> {
     /// Follows the chains of this rank.
     pub(super) fn all(
         &self,
@@ -132,7 +132,7 @@ impl Following<'_> {
         let total: usize = mine.iter().map(|c| c.points.len()).sum();
         let mut done = 0;
         for chain in mine {
-            let mut before: Option<Motion> = None;
+            let mut before: Option<CycleMotion> = None;
             let mut history = Sha256::new();
             for &point in &chain.points {
                 if self.stop.signalled() {
@@ -162,7 +162,7 @@ impl Following<'_> {
         model: &mut SharedModel,
         chain: &Chain,
         point: usize,
-        (before, history): (&mut Option<Motion>, &mut Sha256),
+        (before, history): (&mut Option<CycleMotion>, &mut Sha256),
     ) -> Result<Cycle> {
         let harmonics = self.cycles.harmonics as usize;
         let job = match point_of(self.points, point) {

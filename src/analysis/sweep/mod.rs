@@ -20,7 +20,7 @@ use super::reduction::Reduction;
 use super::run::Run;
 use crate::body::mode_cache::CachedModes;
 use crate::body::TraceModes;
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::case::interface::{given_forces, points};
 use crate::case::meshes::Meshes;
 use crate::case::placements;
@@ -37,7 +37,7 @@ use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::{Error, Result};
-use cycles::{All, Following};
+use cycles::{All, CycleChains};
 use kept::KeptPoints;
 use outcome::summarise;
 use passes::{Into, Passes};
@@ -59,8 +59,8 @@ pub struct Base<'a, 's> {
     /// Its reduced model.
     pub model: &'a Reduction,
     /// Its bodies, with their mode shapes where limit cycles are heard.
-    pub bodies: &'a Bodies<'s>,
-    /// Free modes of each of [`Bodies::unique`].
+    pub bodies: &'a BuiltBodies<'s>,
+    /// Free modes of each of [`BuiltBodies::unique`].
     pub modes: &'a [TraceModes],
     /// Results of stability, on rank 0.
     pub found: Option<&'a StabilityResult>,
@@ -196,7 +196,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
                 found.hears(sounding);
             }
             let sounding = sounding.as_ref();
-            let following = Following { cycles: wanted, points: &points, folder: &folder, sounding, stop: run.stop };
+            let following = CycleChains { cycles: wanted, points: &points, folder: &folder, sounding, stop: run.stop };
             let mine = world.agree(following.all(world, model, &chains, run.progress))?;
             let (rows, text) = (world.gather(&mine.rows), world.gather(mine.text.as_bytes()));
             world.on_root(|| found.collect(&rows, &text, plan.points.len()))?;
@@ -283,13 +283,13 @@ fn groups(points: &[Option<Job>]) -> Vec<(serde_json::Value, Vec<usize>)> {
 /// Bodies whose surfaces radiate, with their modes.
 enum Sources<'a, 's> {
     /// Bodies of the job's own point.
-    Base(&'a Bodies<'s>, &'a [TraceModes]),
+    Base(&'a BuiltBodies<'s>, &'a [TraceModes]),
     /// Bodies of a point of the sweep.
-    IntrinsicDamping(Box<Bodies<'a>>, Vec<TraceModes>),
+    IntrinsicDamping(Box<BuiltBodies<'a>>, Vec<TraceModes>),
 }
 
 impl<'a, 's: 'a> Sources<'a, 's> {
-    fn get(&self) -> (&Bodies<'a>, &[TraceModes]) {
+    fn get(&self) -> (&BuiltBodies<'a>, &[TraceModes]) {
         match self {
             Self::Base(bodies, modes) => (bodies, modes),
             Self::IntrinsicDamping(bodies, modes) => (bodies, modes),
@@ -304,7 +304,7 @@ fn build<'p>(
     point: &Job,
     earlier: &mut Vec<Option<CachedModes>>,
     (meshes, progress): (&Meshes, &mut Progress),
-) -> Result<(SharedModel, Bodies<'p>, Vec<TraceModes>)> {
+) -> Result<(SharedModel, BuiltBodies<'p>, Vec<TraceModes>)> {
     let world = petsc.world();
     let mut quiet = Summary::default();
     let mut job = point.clone();
@@ -314,7 +314,7 @@ fn build<'p>(
     }
     let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("a point of a sweep without contact".into()))?;
     world.on_root(|| preflight::of_run(&job, meshes, true).map(drop))?;
-    let mut bodies = Bodies::build(petsc, &job, meshes, progress, &mut quiet)?;
+    let mut bodies = BuiltBodies::build(petsc, &job, meshes, progress, &mut quiet)?;
     bodies.factorise(&job, progress, &mut quiet)?;
     bodies.unique.iter_mut().zip(&*earlier).for_each(|(body, found)| found.iter().for_each(|f| body.reuse_modes(f)));
     let found = modes::compute_all(&job, &mut bodies, progress)?;

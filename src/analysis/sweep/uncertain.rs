@@ -11,13 +11,13 @@ use crate::case::stability_problem::StabilityResult;
 use crate::job::{Job, SweepPlan, Uncertainty};
 use crate::model::CoupledModel;
 use crate::output::datasets::sweep::{EigenvalueSearch, Followed, Outcome};
-use crate::output::datasets::uncertainty::{tables, ModeOf, Study as Report};
+use crate::output::datasets::uncertainty::{tables, ModeOf, StudyStatistics as Report};
 use crate::output::Table;
 use crate::parallel::World;
 use crate::random::indices::indices;
 use crate::random::interval::{quantile, share};
 use crate::stability::reduced::{shares, Eigenpair};
-use crate::stability::secular::{Count, KnownSpectrum, State};
+use crate::stability::secular::{Count, KnownSpectrum, LastSpectrum};
 use crate::stability::{continued, grows, is_rigid, spectrum, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
@@ -195,7 +195,7 @@ impl<'a> Study<'a> {
     ) -> Result<Survey> {
         let mut bases: Vec<(usize, BasePoint)> = Vec::new();
         for &number in numbers {
-            bases.first().map_or_else(State::default, |b| b.1.state.clone()).restore();
+            bases.first().map_or_else(LastSpectrum::default, |b| b.1.state.clone()).restore();
             model.renew();
             let base = match point_of(points, number).and_then(|point| self.base(model.again(), point)) {
                 Err(e) if !goes_on(&e) => return Err(e),
@@ -222,12 +222,12 @@ impl<'a> Study<'a> {
         let followed = self.followed(&found, lower);
         let candidates = if self.bases.continues() { self.candidates(&found, &followed, lower) } else { Vec::new() };
         let outcome = Ok(Outcome { followed, ..outcome });
-        Ok(BasePoint { outcome, state: State::present(), candidates, known: Vec::new(), rolling })
+        Ok(BasePoint { outcome, state: LastSpectrum::present(), candidates, known: Vec::new(), rolling })
     }
 
     /// Growth rates of the modes that are followed at a point, by a whole search from nothing.
     pub(super) fn growth_rates(&self, mut model: StudyModel, point: &Job) -> Result<Vec<FollowedRate>> {
-        State::default().restore();
+        LastSpectrum::default().restore();
         model.renew();
         let lower = model.lower_modes();
         let (_, found, _) = model.solved(point, None, &mut spectrum)?;

@@ -1,6 +1,6 @@
 //! Measured decay rates of a track from a table, in third octaves.
 
-use crate::input::table::Table;
+use crate::input::table::NumberTable;
 use crate::sound::Bands;
 use crate::{Error, Result};
 use std::path::Path;
@@ -36,10 +36,10 @@ impl MeasuredDecay {
     /// A file that is no table; other columns, units or frequencies; rates that are not above 0; bands missing between
     /// others of a range; no bands.
     pub fn read(path: &Path, within: &[[f64; 2]]) -> Result<Self> {
-        Self::of_table(&Table::read(path)?, within)
+        Self::of_table(&NumberTable::read(path)?, within)
     }
 
-    fn of_table(table: &Table, within: &[[f64; 2]]) -> Result<Self> {
+    fn of_table(table: &NumberTable, within: &[[f64; 2]]) -> Result<Self> {
         let [frequency, vertical, lateral] = columns(table)?;
         let directions: Vec<(&'static str, usize)> =
             DIRECTIONS.into_iter().zip([vertical, lateral]).filter_map(|(name, at)| Some((name, at?))).collect();
@@ -116,7 +116,7 @@ impl MeasuredDecay {
 }
 
 /// Columns of frequency, vertical and lateral rates.
-fn columns(table: &Table) -> Result<[Option<usize>; 3]> {
+fn columns(table: &NumberTable) -> Result<[Option<usize>; 3]> {
     let names = [FREQUENCY, DIRECTIONS[0], DIRECTIONS[1]];
     let fault = |found: String| Error::Input(format!("{}: found {found}, {EXPECTED}", table.name()));
     let headings = table.headings(&names).ok_or_else(|| {
@@ -139,7 +139,7 @@ fn columns(table: &Table) -> Result<[Option<usize>; 3]> {
 }
 
 /// Number of the band of the frequency `f`, Hz, in row `i` among those of the standard; none beyond them.
-fn band(f: f64, i: usize, table: &Table) -> Result<Option<usize>> {
+fn band(f: f64, i: usize, table: &NumberTable) -> Result<Option<usize>> {
     let bands = Bands::spanning(RANGE[0], RANGE[1]);
     let near = |a: f64| (f / a - 1.0).abs() <= OFF;
     let found =
@@ -160,7 +160,7 @@ mod tests {
     use super::*;
 
     fn read(text: &str, within: &[[f64; 2]]) -> Result<MeasuredDecay> {
-        MeasuredDecay::of_table(&Table::parse("rates.csv", text)?, within)
+        MeasuredDecay::of_table(&NumberTable::parse("rates.csv", text)?, within)
     }
 
     #[test]

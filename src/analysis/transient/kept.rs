@@ -5,7 +5,7 @@
 use crate::analysis::reduction::Reduction;
 use crate::body::align::{turn, turned};
 use crate::body::fe::BodyModes;
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::job::Job;
 use crate::output::datasets::reduced::{load, Reused};
 use crate::output::Segments;
@@ -20,8 +20,8 @@ pub fn read(segments: &Segments, job: &Job) -> Result<Reused> {
 /// Collective: turns the mode shapes, computed again, into those of the model that was kept: each cluster of equal
 /// frequencies by the orthogonal matrix that brings their motion of the contact nearest to the one kept (P. H.
 /// Schönemann, *Psychometrika* 31 (1966)).
-pub fn align(world: &World, bodies: &mut Bodies, kept: &Reduction) -> Result<()> {
-    let Bodies { places, unique } = bodies;
+pub fn align(world: &World, bodies: &mut BuiltBodies, kept: &Reduction) -> Result<()> {
+    let BuiltBodies { places, unique } = bodies;
     for (i, body) in unique.iter_mut().enumerate() {
         let name = body.name().to_owned();
         if body.shapes().is_none() {

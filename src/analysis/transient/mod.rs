@@ -16,7 +16,7 @@ use super::run::Run;
 use super::steps::Requirements;
 use super::RunOptions;
 use crate::body::TraceModes;
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::case::roughness;
 use crate::case::stability_problem::StabilityResult;
 use crate::case::transient_problem::{drive, moved, TransientProblem};
@@ -29,7 +29,7 @@ use crate::output::datasets::record::{grid, group};
 use crate::output::verdict::of_motion;
 use crate::output::{Segments, Table};
 use crate::progress::Progress;
-use crate::roughness::Surface;
+use crate::roughness::RoughSurfaces;
 use crate::stability::grows;
 use crate::stability::reduced::Eigenpair;
 use crate::stop::Stop;
@@ -52,7 +52,7 @@ pub struct Inputs<'a> {
     /// Its contact.
     pub contact: &'a job::Contact,
     /// The bodies with their modes; none where nothing is asked of them.
-    pub bodies: &'a Bodies<'a>,
+    pub bodies: &'a BuiltBodies<'a>,
     /// The names of the places, and which of the bodies that differ are in them.
     pub places: &'a [(&'static str, usize)],
     /// Modes of each body that differs.
@@ -275,7 +275,7 @@ fn advance(
 }
 
 /// Rough surfaces of the one contact of `job`, where it has them; those of several contacts are smooth.
-fn rough(job: &Job, interface: &Interface) -> Result<Option<Surface>> {
+fn rough(job: &Job, interface: &Interface) -> Result<Option<RoughSurfaces>> {
     match interface.only() {
         Some(patch) => roughness::surface(job, [&patch.x, &patch.y]),
         None => Ok(None),

@@ -3,7 +3,7 @@
 use crate::analysis::reduction::Reduction;
 use crate::body::nearest::Nearest;
 use crate::body::TraceModes;
-use crate::case::bodies::Bodies;
+use crate::case::bodies::BuiltBodies;
 use crate::job::{self, BodyName};
 use crate::output::datasets::points::Points;
 use crate::{Error, Result};
@@ -13,7 +13,7 @@ use crate::{Error, Result};
 pub struct Located {
     /// Names and positions, and what moves them once it is computed.
     pub points: Points,
-    /// Index of their bodies in `Bodies::places`.
+    /// Index of their bodies in `BuiltBodies::places`.
     place: Vec<usize>,
     /// Their nodes among those of this rank, where it owns them.
     node: Vec<Option<usize>>,
@@ -22,7 +22,7 @@ pub struct Located {
 impl Located {
     /// Collective: the nodes nearest to the points of the job; nothing moves them yet. `shapes` says whether there
     /// are mode shapes.
-    pub fn find(wanted: &job::Transient, bodies: &Bodies, shapes: bool) -> Result<Self> {
+    pub fn find(wanted: &job::Transient, bodies: &BuiltBodies, shapes: bool) -> Result<Self> {
         let mut located = Self::default();
         if !wanted.points.is_empty() && !shapes {
             return Err(Error::Job(
@@ -61,7 +61,7 @@ impl Located {
     }
 
     /// Collective: what moves the points, by three static solves for each.
-    pub fn solve(&mut self, bodies: &Bodies, modes: &[TraceModes], model: &Reduction) -> Result<()> {
+    pub fn solve(&mut self, bodies: &BuiltBodies, modes: &[TraceModes], model: &Reduction) -> Result<()> {
         let counts: Vec<usize> = bodies.places.iter().map(|p| modes.get(p.body).map_or(0, |m| m.omega.len())).collect();
         let (mut modal, mut residual) = (Vec::new(), Vec::new());
         for (&place, &node) in self.place.iter().zip(&self.node) {

@@ -29,7 +29,7 @@ pub struct Sound<'a> {
     stride: u64,
     /// Time between them, s.
     interval: f64,
-    /// The radiation of the bodies' modes, by their index in `Bodies::unique`; on rank 0.
+    /// The radiation of the bodies' modes, by their index in `BuiltBodies::unique`; on rank 0.
     given: BTreeMap<usize, RadiationInput>,
 }
 
@@ -98,7 +98,7 @@ impl<'a> Sound<'a> {
         Ok(())
     }
 
-    /// The bodies whose sound is wanted, by their index in `Bodies::unique`.
+    /// The bodies whose sound is wanted, by their index in `BuiltBodies::unique`.
     fn bodies(&self, inputs: &Inputs<'_>) -> BTreeSet<usize> {
         inputs.places.iter().filter(|p| self.wants(p.0)).map(|p| p.1).collect()
     }

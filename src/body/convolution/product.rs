@@ -8,14 +8,14 @@ use num_complex::Complex;
 use super::{Block, Convolution, LOADS};
 
 /// Numbers that products are made in.
-pub trait Number: fourier::Number {
+pub trait ProductNumber: fourier::Number {
     /// Value nearest to `v`.
     fn from_double(v: f64) -> Self;
     /// As a double.
     fn double(self) -> f64;
 }
 
-impl Number for f64 {
+impl ProductNumber for f64 {
     fn from_double(v: f64) -> Self {
         v
     }
@@ -24,7 +24,7 @@ impl Number for f64 {
     }
 }
 
-impl Number for f32 {
+impl ProductNumber for f32 {
     fn from_double(v: f64) -> Self {
         v as f32
     }
@@ -60,7 +60,7 @@ pub(super) fn good_size(n: usize) -> usize {
     (n..).find(|&n| n.is_multiple_of(2) && smooth(n)).unwrap_or(n)
 }
 
-impl<T: Number> Transformed<T> {
+impl<T: ProductNumber> Transformed<T> {
     /// Spectra of the kernel k.
     pub(super) fn new(c: &Convolution) -> Self {
         let [nx, ny] = c.shape();
@@ -139,7 +139,7 @@ struct Buffers<T> {
     scratch: Vec<Complex<T>>,
 }
 
-impl<T: Number> Buffers<T> {
+impl<T: ProductNumber> Buffers<T> {
     fn new(of: &Transformed<T>) -> Self {
         let zero = Complex::new(T::zero(), T::zero());
         let scratch = [
@@ -165,7 +165,7 @@ pub struct Product<'a, T> {
     buffers: Buffers<T>,
 }
 
-impl<'a, T: Number> Product<'a, T> {
+impl<'a, T: ProductNumber> Product<'a, T> {
     /// Products with k, and with what there is beside it as a `whole`.
     pub(super) fn new(
         of: &'a Convolution,

@@ -5,7 +5,7 @@
 //! Keywords Reference Guide, `*MATRIX INPUT`). An included `*MATRIX INPUT` line may give name, type and scale factor.
 
 use super::dofs::Dof;
-use super::entries::{assemble, Entry, Labels, Listing};
+use super::entries::{assemble, Labels, Listing, MatrixEntry};
 use super::numbers::{index, real};
 use super::{select, Fault, Labelled, Parsed};
 use crate::input::text::{excerpt, lines};
@@ -16,7 +16,7 @@ struct Block {
     scale: f64,
     listing: Listing,
     labels: Labels,
-    numbered: Vec<Entry>,
+    numbered: Vec<MatrixEntry>,
     order: usize,
 }
 
@@ -43,7 +43,7 @@ impl Block {
                 let (row, col) = (index(row, "row").map_err(fault)?, index(col, "column").map_err(fault)?);
                 let value = self.scale * real(value).map_err(fault)?;
                 self.order = self.order.max(row.max(col) + 1);
-                self.numbered.push(Entry { row: row as u32, col: col as u32, value, line: number as u32 });
+                self.numbered.push(MatrixEntry { row: row as u32, col: col as u32, value, line: number as u32 });
             }
             _ => {
                 return Err(fault(format!(

@@ -1,7 +1,7 @@
 //! Matrices of CalculiX (`*FREQUENCY, SOLVER=MATRIXSTORAGE`): `.sti` and `.mas`, one line `row column value` for each
 //! entry of the upper triangle of a symmetric matrix; node and direction of the rows are in the `.dof` beside.
 
-use super::entries::{assemble, Entry, Listing};
+use super::entries::{assemble, Listing, MatrixEntry};
 use super::numbers::{index, real};
 use super::{Fault, Labelled, Parsed};
 use crate::input::text::{excerpt, lines};
@@ -25,7 +25,7 @@ pub(super) fn parse(text: &str) -> Parsed<Labelled> {
         }
         n = n.max(col + 1);
         let value = real(value).map_err(fault)?;
-        entries.push(Entry { row: row as u32, col: col as u32, value, line: number as u32 });
+        entries.push(MatrixEntry { row: row as u32, col: col as u32, value, line: number as u32 });
     }
     if entries.is_empty() {
         return Err(Fault::new(0, "the file is empty; expected lines of row, column and value"));

@@ -7,7 +7,7 @@ use std::collections::HashMap;
 
 /// An entry and the line that it stands in.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Entry {
+pub(super) struct MatrixEntry {
     pub row: u32,
     pub col: u32,
     pub value: f64,
@@ -29,7 +29,7 @@ pub(super) enum Listing {
 pub(super) type RowName<'a> = &'a dyn Fn(u32) -> String;
 
 /// The matrix of order `n` of the entries. An entry that is listed twice is refused.
-pub(super) fn assemble(n: usize, mut entries: Vec<Entry>, listing: Listing, name: RowName) -> Parsed<Csr> {
+pub(super) fn assemble(n: usize, mut entries: Vec<MatrixEntry>, listing: Listing, name: RowName) -> Parsed<Csr> {
     if n > MAX_ORDER || n > entries.len().max(UNCHECKED) {
         let what =
             format!("found a matrix of {n} rows with {} entries, expected at least one in each row", entries.len());
@@ -84,8 +84,8 @@ pub(super) fn assemble(n: usize, mut entries: Vec<Entry>, listing: Listing, name
         )),
         (Some(_), None) => Ok(csr(n, &entries)),
         (None, _) => {
-            let mirror = |e: &Entry| Entry { row: e.col, col: e.row, ..*e };
-            let above: Vec<Entry> = off().map(mirror).collect();
+            let mirror = |e: &MatrixEntry| MatrixEntry { row: e.col, col: e.row, ..*e };
+            let above: Vec<MatrixEntry> = off().map(mirror).collect();
             entries.extend(above);
             entries.sort_unstable_by_key(|e| (e.row, e.col));
             Ok(csr(n, &entries))
@@ -94,7 +94,7 @@ pub(super) fn assemble(n: usize, mut entries: Vec<Entry>, listing: Listing, name
 }
 
 /// Compressed rows of sorted entries.
-fn csr(n: usize, entries: &[Entry]) -> Csr {
+fn csr(n: usize, entries: &[MatrixEntry]) -> Csr {
     Csr::from_entries(n, entries.iter().map(|e| (e.row as usize, e.col as usize, e.value)).collect())
 }
 
@@ -103,7 +103,7 @@ fn csr(n: usize, entries: &[Entry]) -> Csr {
 pub(super) struct Labels {
     numbers: HashMap<Dof, u32>,
     dofs: Vec<Dof>,
-    pub entries: Vec<Entry>,
+    pub entries: Vec<MatrixEntry>,
 }
 
 impl Labels {
@@ -120,7 +120,7 @@ impl Labels {
     /// Appends an entry.
     pub fn push(&mut self, row: Dof, col: Dof, value: f64, line: usize) {
         let (row, col) = (self.number(row), self.number(col));
-        self.entries.push(Entry { row, col, value, line: line as u32 });
+        self.entries.push(MatrixEntry { row, col, value, line: line as u32 });
     }
 
     /// The matrix in ascending order of node and direction.

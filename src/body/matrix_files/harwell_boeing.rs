@@ -2,7 +2,7 @@
 //! collection*, 1992), as Ansys' HBMAT writes them: real, assembled, unsymmetric (RUA), symmetric (RSA, the lower
 //! triangle) or skew (RZA). Patterns, complex and elemental matrices are refused; right-hand sides are passed over.
 
-use super::entries::{assemble, Entry, Listing};
+use super::entries::{assemble, Listing, MatrixEntry};
 use super::numbers::{columns, integer, real};
 use super::{Fault, Labelled, Parsed, MAX_ORDER};
 use crate::input::text::{excerpt, lines};
@@ -174,11 +174,11 @@ pub(super) fn parse(text: &str) -> Parsed<Labelled> {
     let values = data.words(head.entries, (head.layouts[2], head.cards[2], "values"), real)?;
     let mut entries = Vec::with_capacity(2 * places.len());
     for (&(row, col, line), &value) in places.iter().zip(&values) {
-        let entry = Entry { row: row as u32, col: col as u32, value, line: line as u32 };
+        let entry = MatrixEntry { row: row as u32, col: col as u32, value, line: line as u32 };
         entries.push(entry);
         if row != col && head.kind != 'U' {
             let value = if head.kind == 'Z' { -value } else { value };
-            entries.push(Entry { row: entry.col, col: entry.row, value, ..entry });
+            entries.push(MatrixEntry { row: entry.col, col: entry.row, value, ..entry });
         }
     }
     let matrix = assemble(head.order, entries, Listing::All, &|row| (row + 1).to_string())?;

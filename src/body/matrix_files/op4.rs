@@ -3,7 +3,7 @@
 //!
 //! The layout is that which pyYeti and pyNastran read. Rows have no map: the file numbers them.
 
-use super::entries::{assemble, Entry, Listing};
+use super::entries::{assemble, Listing, MatrixEntry};
 use super::numbers::{columns, integer, real};
 use super::{select, Fault, Labelled, Parsed, MAX_ORDER};
 use crate::input::text::{excerpt, lines};
@@ -133,7 +133,7 @@ pub(super) fn parse(text: &str, name: Option<&str>) -> Parsed<Labelled> {
 }
 
 /// The matrix of its entries.
-pub(super) fn finish(header: &Header, entries: Vec<Entry>) -> Parsed<Labelled> {
+pub(super) fn finish(header: &Header, entries: Vec<MatrixEntry>) -> Parsed<Labelled> {
     let order = header.order().map_err(|what| Fault::new(0, what))?;
     let matrix = assemble(order, entries, Listing::All, &|row| (row + 1).to_string())?;
     if header.form == 6 {
@@ -189,7 +189,7 @@ fn head(cursor: &mut Cursor) -> Parsed<(Header, (usize, usize))> {
 }
 
 /// The entries up to the column that ends the matrix.
-fn body(cursor: &mut Cursor, header: &Header, layout: (usize, usize), wanted: bool) -> Parsed<Vec<Entry>> {
+fn body(cursor: &mut Cursor, header: &Header, layout: (usize, usize), wanted: bool) -> Parsed<Vec<MatrixEntry>> {
     let at = cursor.lines[cursor.next - 1].0;
     let order = if wanted { header.order().map_err(|what| Fault::new(at, what))? as i64 } else { i64::MAX };
     let mut entries = Vec::new();
@@ -216,7 +216,7 @@ fn body(cursor: &mut Cursor, header: &Header, layout: (usize, usize), wanted: bo
                 if row >= order {
                     return Err(Fault::new(line, format!("found row {}, expected at most {order}", row + 1)));
                 }
-                entries.push(Entry { row: row as u32, col: column as u32 - 1, value, line: line as u32 });
+                entries.push(MatrixEntry { row: row as u32, col: column as u32 - 1, value, line: line as u32 });
             }
             Ok(())
         };

@@ -1,7 +1,7 @@
 //! Matrices of Nastran's OUTPUT4 in binary: Fortran records of numbers of four or eight bytes, of either byte order, as
 //! pyYeti reads them.
 
-use super::entries::Entry;
+use super::entries::MatrixEntry;
 use super::op4::{finish, string, Header};
 use super::{select, Fault, Labelled, Parsed};
 
@@ -116,7 +116,7 @@ pub(super) fn parse(bytes: &[u8], name: Option<&str>) -> Parsed<Labelled> {
 }
 
 /// The entries up to the column that ends the matrix.
-fn columns(cursor: &mut Cursor, header: &Header, wanted: bool) -> Parsed<Vec<Entry>> {
+fn columns(cursor: &mut Cursor, header: &Header, wanted: bool) -> Parsed<Vec<MatrixEntry>> {
     let order = if wanted { header.order().map_err(|what| Fault::new(0, what))? as i64 } else { 0 };
     let (mut entries, mut last) = (Vec::new(), 0);
     loop {
@@ -143,7 +143,7 @@ fn columns(cursor: &mut Cursor, header: &Header, wanted: bool) -> Parsed<Vec<Ent
             }
             for row in first..first + length {
                 let value = record.value(header.words() == 2)?;
-                entries.push(Entry { row: row as u32, col: column as u32 - 1, value, line: 0 });
+                entries.push(MatrixEntry { row: row as u32, col: column as u32 - 1, value, line: 0 });
             }
             Ok(())
         };

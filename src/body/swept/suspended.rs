@@ -97,7 +97,7 @@ impl Recombined {
 mod tests {
     use super::super::members;
     use super::*;
-    use crate::fem::Material;
+    use crate::fem::ElasticMaterial;
     use crate::swept::modes::of_order;
     use crate::swept::{Bearing, ContactModeData, SectionSource, Wheel, WheelShape};
     use std::f64::consts::PI;
@@ -106,7 +106,7 @@ mod tests {
     /// with √(2k_z b²/I) and yaws with √(2k_x b²/I), b = 1 m; the first family is the vertical one.
     #[test]
     fn springs_that_differ_split_the_families() {
-        let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+        let steel = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
         let shape = WheelShape::w920s_wheelset();
         let given = SectionSource::Wheel(Wheel { shape, offset: 0.0, height: None, mirrored: true });
         let section = given.for_modes().unwrap();

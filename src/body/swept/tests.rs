@@ -88,7 +88,7 @@ fn pairs_at_the_contact_and_in_rotation() {
 /// Modes of the wheelset have the same names and frequencies from half sections and from the whole one.
 #[test]
 fn names_and_frequencies_of_half_sections_are_those_of_the_whole() {
-    let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+    let steel = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
     let shape = WheelShape::w920s_wheelset();
     let given = SectionSource::Wheel(Wheel { shape, offset: 0.0, height: None, mirrored: true });
     let section = given.for_modes().expect("section");
@@ -97,7 +97,7 @@ fn names_and_frequencies_of_half_sections_are_those_of_the_whole() {
     let mirror = Mirror::new(&section, given.middle().expect("a wheelset")).expect("mirror images");
     let forms = Forms::new(section, steel, &[]).expect("forms").on_bearings(&bearings);
     let halves = HalfSections::new(&forms, &mirror).expect("halves");
-    let named = |of: &dyn Fn(usize) -> (Modes, Vec<f64>)| {
+    let named = |of: &dyn Fn(usize) -> (FourierModes, Vec<f64>)| {
         let seen = |n: usize| {
             let (modes, parity) = of(n);
             ContactModeData::new(&forms, &modes, &[], None).with_parity(parity)

@@ -1,9 +1,9 @@
 //! Bodies of a wheel on a rail with all their contacts.
 
-use super::{missing, Placed};
+use super::{missing, PlacedContact};
 use crate::body::half_space::{HalfSpace, HalfSpaceBody};
 use crate::body::Side;
-use crate::case::bodies::{material_of, of_elements, Bodies, Place};
+use crate::case::bodies::{material_of, of_elements, BuiltBodies, Place};
 use crate::case::meshes::Meshes;
 use crate::case::surfaces::beside_nodes;
 use crate::case::{rail, swept};
@@ -24,10 +24,10 @@ pub(crate) fn build<'p>(
     meshes: &Meshes,
     progress: &mut Progress,
     summary: &mut Summary,
-) -> Result<Bodies<'p>> {
+) -> Result<BuiltBodies<'p>> {
     let world = petsc.world();
     progress.stage("placing the wheel");
-    let placed = world.on_root(|| Placed::all(job))?.unwrap_or_default();
+    let placed = world.on_root(|| PlacedContact::all(job))?.unwrap_or_default();
     for (number, one) in placed.iter().enumerate() {
         if placed.len() > 1 {
             let wheel = one.wheel_of(job).map_or(String::new(), |wheel| format!(", {wheel}"));
@@ -39,7 +39,7 @@ pub(crate) fn build<'p>(
     let sites = ContactSite::all(world, &placed)?;
     let first = sites.first().ok_or_else(|| missing("a contact"))?;
     let touched = !job.analyses.on_contact().is_empty();
-    let mut bodies = Bodies::none();
+    let mut bodies = BuiltBodies::none();
     for (name, body) in job.bodies() {
         let side = Side::named(name).unwrap_or(Side::Lower);
         let stands = match (placed.first(), &body.mesh) {
@@ -135,10 +135,10 @@ struct ContactSite {
 
 impl ContactSite {
     /// Collective: the contacts that rank 0 has `placed`.
-    pub(super) fn all(world: &World, placed: &[Placed]) -> Result<Vec<Self>> {
-        let seats = |p: &Placed| p.placed.seats(&p.frame).map_err(|e| e.context("contact.placement"));
+    pub(super) fn all(world: &World, placed: &[PlacedContact]) -> Result<Vec<Self>> {
+        let seats = |p: &PlacedContact| p.placed.seats(&p.frame).map_err(|e| e.context("contact.placement"));
         let numbers = world.on_root(|| {
-            let of = |p: &Placed| -> Result<Vec<f64>> {
+            let of = |p: &PlacedContact| -> Result<Vec<f64>> {
                 let seats = seats(p)?.into_iter().flat_map(|s| [s.y, s.z, s.tilt]);
                 let right = f64::from(u8::from(p.side == job::TrackSide::Right));
                 let ahead = [p.frame.origin()[0], p.placed.ahead_of_axle(&p.frame)];

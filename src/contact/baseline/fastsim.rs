@@ -1,7 +1,7 @@
 //! FASTSIM: the simplified theory of rolling contact.
 
-use super::Ellipse;
-use crate::contact::interface::Creepage;
+use super::EllipticContact;
+use crate::contact::interface::ContactCreepage;
 use crate::contact::law::project_disc;
 
 /// Strips along the rolling direction, and pieces of each.
@@ -11,7 +11,7 @@ const GRID: [usize; 2] = [100, 100];
 /// the displacement is a flexibility times the traction, a flexibility for each of the creepages so that the forces
 /// without slip are those of the linear theory; the bound of friction is that of a parabolic pressure. Forces (x, y)
 /// on body 1, N.
-pub fn fastsim(e: &Ellipse, c: &Creepage) -> [f64; 2] {
+pub fn fastsim(e: &EllipticContact, c: &ContactCreepage) -> [f64; 2] {
     let (a, b, k) = (e.a, e.b, e.kalker);
     let flexibility = |coefficient: f64| 8.0 * a / (3.0 * e.shear * coefficient);
     let (along, across) = (flexibility(k.longitudinal), flexibility(k.lateral));

@@ -1,17 +1,17 @@
 //! Creep forces in closed form.
 
-use super::Ellipse;
-use crate::contact::interface::Creepage;
+use super::EllipticContact;
+use crate::contact::interface::ContactCreepage;
 
 /// Kalker's linear theory, without any slip: forces (x, y) on body 1, N, which know no bound.
-pub fn linear(e: &Ellipse, c: &Creepage) -> [f64; 2] {
+pub fn linear(e: &EllipticContact, c: &ContactCreepage) -> [f64; 2] {
     e.without_slip(c)
 }
 
 /// The linear theory cut at the bound of friction by a cubic: Z. Y. Shen, J. K. Hedrick, J. A. Elkins, *A comparison
 /// of alternative creep force models for rail vehicle dynamic analysis*, 8th IAVSD Symposium (1983). Forces (x, y) on
 /// body 1, N.
-pub fn shen_hedrick_elkins(e: &Ellipse, c: &Creepage) -> [f64; 2] {
+pub fn shen_hedrick_elkins(e: &EllipticContact, c: &ContactCreepage) -> [f64; 2] {
     let force = e.without_slip(c);
     let size = force[0].hypot(force[1]);
     if size == 0.0 || e.bound() == 0.0 {
@@ -24,7 +24,7 @@ pub fn shen_hedrick_elkins(e: &Ellipse, c: &Creepage) -> [f64; 2] {
 
 /// O. Polach, *A fast wheel-rail forces calculation computer code*, Vehicle System Dynamics 33, supplement (1999).
 /// Forces (x, y) on body 1, N.
-pub fn polach(e: &Ellipse, c: &Creepage) -> [f64; 2] {
+pub fn polach(e: &EllipticContact, c: &ContactCreepage) -> [f64; 2] {
     use std::f64::consts::PI;
     let bound = e.bound();
     // In the frame of that paper the contact rolls towards +x, so that spin turns the other way.

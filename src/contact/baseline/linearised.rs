@@ -1,7 +1,7 @@
 //! A law of total forces, linearised about steady rolling.
 
-use super::Ellipse;
-use crate::contact::interface::Creepage;
+use super::EllipticContact;
+use crate::contact::interface::ContactCreepage;
 use crate::contact::LinearMemory;
 use crate::friction::FrictionLaw;
 
@@ -29,15 +29,15 @@ impl LinearForce {
     /// Linearisation of `law` on the ellipse `e`, whose coefficient of friction is that of `friction` at the creep, at
     /// the creepages `c` and the rolling speed `speed`, m/s. The spin stays as it is.
     pub fn new(
-        law: impl Fn(&Ellipse, &Creepage) -> [f64; 2],
-        e: &Ellipse,
-        c: &Creepage,
+        law: impl Fn(&EllipticContact, &ContactCreepage) -> [f64; 2],
+        e: &EllipticContact,
+        c: &ContactCreepage,
         speed: f64,
         friction: &FrictionLaw,
     ) -> Self {
         let creepage = c.longitudinal.hypot(c.lateral);
         let velocity = speed * creepage;
-        let e = Ellipse { friction: friction.coefficient(velocity), ..*e };
+        let e = EllipticContact { friction: friction.coefficient(velocity), ..*e };
         let slope =
             |ahead: [f64; 2], behind: [f64; 2], distance: f64| [0, 1].map(|k| (ahead[k] - behind[k]) / distance);
         let stiffness = e.shear * e.a * e.b * e.kalker.lateral.min(e.kalker.longitudinal);
@@ -45,12 +45,12 @@ impl LinearForce {
         let by_creepage = [[1.0, 0.0], [0.0, 1.0]].map(|d: [f64; 2]| {
             let moved = |by: f64| {
                 let longitudinal = c.longitudinal + by * d[0];
-                law(&e, &Creepage { longitudinal, lateral: c.lateral + by * d[1], ..*c })
+                law(&e, &ContactCreepage { longitudinal, lateral: c.lateral + by * d[1], ..*c })
             };
             slope(moved(step), moved(-step), 2.0 * step)
         });
         let loaded = |factor: f64| law(&e.under(factor * e.load), c);
-        let rubbed = |factor: f64| law(&Ellipse { friction: factor * e.friction, ..e }, c);
+        let rubbed = |factor: f64| law(&EllipticContact { friction: factor * e.friction, ..e }, c);
         let [more, less] = [1.0 + STEP, 1.0 - STEP];
         let direction = if creepage > 0.0 { [c.longitudinal, c.lateral].map(|c| c / creepage) } else { [1.0, 0.0] };
         let memory = LinearMemory::at_a_point(friction, 0, direction, e.load, velocity).map(|mut memory| {

@@ -17,13 +17,13 @@ pub use kalker::{coefficients, Coefficients};
 pub use laws::{linear, polach, shen_hedrick_elkins};
 pub use linearised::LinearForce;
 
-use super::interface::Creepage;
+use super::interface::ContactCreepage;
 
 /// A law of total forces: (x, y) on body 1, N.
-pub type Law = fn(&Ellipse, &Creepage) -> [f64; 2];
+pub type TotalForceLaw = fn(&EllipticContact, &ContactCreepage) -> [f64; 2];
 
 /// The laws with their names in result files and in sentences.
-pub const LAWS: [(&str, &str, Law); 4] = [
+pub const LAWS: [(&str, &str, TotalForceLaw); 4] = [
     ("linear", "Kalker's linear theory", linear),
     ("shen_hedrick_elkins", "Shen, Hedrick and Elkins", shen_hedrick_elkins),
     ("polach", "Polach", polach),
@@ -32,7 +32,7 @@ pub const LAWS: [(&str, &str, Law); 4] = [
 
 /// An elliptic contact.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Ellipse {
+pub struct EllipticContact {
     /// Half-axis along the rolling direction, m.
     pub a: f64,
     /// Half-axis across it, m.
@@ -49,7 +49,7 @@ pub struct Ellipse {
     pub kalker: Coefficients,
 }
 
-impl Ellipse {
+impl EllipticContact {
     /// The ellipse with the second moments of the pressures p at places (x, y), with the areas w: an ellipse under
     /// Hertz' pressure has ⟨x²⟩ = a²/5. `materials` are Young's modulus, Pa, and Poisson's ratio of both bodies,
     /// which together have ν/G = (ν1/G1 + ν2/G2)/2. None without pressure, or beyond Kalker's table.
@@ -90,7 +90,7 @@ impl Ellipse {
     }
 
     /// The forces (x, y) of the linear theory, N.
-    fn without_slip(&self, c: &Creepage) -> [f64; 2] {
+    fn without_slip(&self, c: &ContactCreepage) -> [f64; 2] {
         let (area, k) = (self.shear * self.a * self.b, self.kalker);
         let spin = (self.a * self.b).sqrt() * k.spin * c.spin;
         [-area * k.longitudinal * c.longitudinal, -area * (k.lateral * c.lateral - spin)]
@@ -107,10 +107,10 @@ mod tests {
     use super::*;
 
     /// The contact of the benchmark: two steel bodies of 0.5 m, 70 kN, μ = 0.3.
-    pub(super) fn benchmark() -> Ellipse {
+    pub(super) fn benchmark() -> EllipticContact {
         let (young, poisson): (f64, f64) = (205e9, 0.3);
         let a = 4.884e-3;
-        Ellipse {
+        EllipticContact {
             a,
             b: a,
             load: 70e3,
@@ -121,8 +121,8 @@ mod tests {
         }
     }
 
-    pub(super) fn creepage(longitudinal: f64, lateral: f64, spin: f64) -> Creepage {
-        Creepage { longitudinal, lateral, spin }
+    pub(super) fn creepage(longitudinal: f64, lateral: f64, spin: f64) -> ContactCreepage {
+        ContactCreepage { longitudinal, lateral, spin }
     }
 
     /// Each law has the slope of the linear theory at rest, is odd, is mirrored with the creepages, and slides in the
@@ -131,9 +131,9 @@ mod tests {
     fn laws_begin_as_the_linear_theory_and_end_in_full_sliding() {
         let e = benchmark();
         for (name, law, slope) in [
-            ("Shen, Hedrick, Elkins", shen_hedrick_elkins as Law, 1e-3),
-            ("Polach", polach as Law, 1e-3),
-            ("FASTSIM", fastsim as Law, 0.02),
+            ("Shen, Hedrick, Elkins", shen_hedrick_elkins as TotalForceLaw, 1e-3),
+            ("Polach", polach as TotalForceLaw, 1e-3),
+            ("FASTSIM", fastsim as TotalForceLaw, 0.02),
         ] {
             for c in [[1e-7, 0.0, 0.0], [0.0, 1e-7, 0.0], [0.0, 0.0, 1e-5], [1e-7, -2e-7, 0.0]] {
                 let c = creepage(c[0], c[1], c[2]);
@@ -174,7 +174,7 @@ mod tests {
             let (x, y) = (at(k % n, a), at(k / n, b));
             ([x + 1e-3, y], (1.0 - (x / a).powi(2) - (y / b).powi(2)).max(0.0).sqrt())
         });
-        let found = Ellipse::of_pressure(nodes, 0.3, [(205e9, 0.3), (70e9, 0.2)]).unwrap();
+        let found = EllipticContact::of_pressure(nodes, 0.3, [(205e9, 0.3), (70e9, 0.2)]).unwrap();
         assert!((found.a - a).abs() < 1e-3 * a && (found.b - b).abs() < 1e-3 * b, "{found:?}");
         let g = [205e9 / 2.6, 70e9 / 2.4];
         assert!((found.shear - 2.0 / (1.0 / g[0] + 1.0 / g[1])).abs() < 1.0);
@@ -186,7 +186,7 @@ mod tests {
     fn the_stiffness_is_that_of_hertz() {
         let round = benchmark();
         assert!((round.normal_stiffness() / (2.0 * round.a * round.plane) - 1.0).abs() < 1e-14);
-        let approach = |e: &Ellipse| {
+        let approach = |e: &EllipticContact| {
             let (long, short) = (e.a.max(e.b), e.a.min(e.b));
             let n = 2000;
             let k: f64 = (0..n)
@@ -197,7 +197,7 @@ mod tests {
             1.5 * e.load * k / (std::f64::consts::PI * e.plane * long)
         };
         for (a, b) in [(3e-3, 9e-3), (8e-3, 2e-3)] {
-            let e = Ellipse { a, b, ..round };
+            let e = EllipticContact { a, b, ..round };
             let [more, less] = [1.001, 0.999].map(|f| e.under(f * e.load));
             let slope = (more.load - less.load) / (approach(&more) - approach(&less));
             assert!((e.normal_stiffness() / slope - 1.0).abs() < 1e-6, "{a} {b}: {slope:e}");

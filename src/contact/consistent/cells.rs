@@ -1,12 +1,12 @@
 //! The integrals of equation (3) over the cells of some nodes, and their derivative.
 
-use super::surface::{Rule, Surface};
+use super::surface::{ConsistentSurface, Rule};
 use crate::contact::law::{Augmentation, Node, Status};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatMut, MatRef, Par};
 
 /// Some nodes of an interface with the cells that have all four corners among them.
-pub(crate) struct Cells {
+pub(crate) struct ContactCells {
     rule: Rule,
     /// Numbers of the nodes, ascending or not, `[k]`.
     pub nodes: Vec<usize>,
@@ -21,14 +21,14 @@ pub(crate) struct Cells {
 
 /// Stresses and motions at nodes.
 #[derive(Clone, Copy)]
-pub(crate) struct Fields<'a> {
+pub(crate) struct NodeFields<'a> {
     /// H⁻¹R (tx, ty, p), Pa, `[3k]`.
     pub stress: &'a [f64],
     /// Creep (x, y) and gap, `[3k]`.
     pub motion: &'a [f64],
 }
 
-impl Fields<'_> {
+impl NodeFields<'_> {
     /// The law at the node `i`.
     fn node(&self, i: usize) -> Node {
         let (t, y) = (&self.stress[3 * i..3 * i + 3], &self.motion[3 * i..3 * i + 3]);
@@ -38,14 +38,14 @@ impl Fields<'_> {
 
 /// The law that is integrated: Coulomb's with the coefficient `friction`, and ρ in Pa per unit of gap and creep.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Law {
+pub(crate) struct IntegratedLaw {
     pub rho: Augmentation,
     pub friction: f64,
 }
 
-impl Law {
+impl IntegratedLaw {
     /// The status of the node `i` by the fields there.
-    pub fn status(&self, fields: Fields<'_>, i: usize) -> Status {
+    pub fn status(&self, fields: NodeFields<'_>, i: usize) -> Status {
         fields.node(i).project(self.rho, self.friction).status
     }
 }
@@ -60,16 +60,16 @@ pub(crate) struct Integral {
 }
 
 /// Derivative of an [`Integral`] by what is projected at the nodes: blocks of each node and its neighbours, as
-/// [`Cells`] counts them, m².
-pub(crate) struct Derivative(Vec<[[[f64; 3]; 3]; 9]>);
+/// [`ContactCells`] counts them, m².
+pub(crate) struct CellDerivative(Vec<[[[f64; 3]; 3]; 9]>);
 
 /// The integral by the `rule` over `cells` (corners and areas, m²) of `k` nodes with these fields.
 pub(super) fn integral(
     rule: &Rule,
     k: usize,
     cells: impl Iterator<Item = ([usize; 4], f64)>,
-    fields: Fields<'_>,
-    law: Law,
+    fields: NodeFields<'_>,
+    law: IntegratedLaw,
 ) -> Integral {
     let mut found = Integral { forces: vec![0.0; 3 * k], area: [0.0; 2] };
     visit(rule, cells, fields, law, |corners, shape, weight, projected| {
@@ -90,8 +90,8 @@ pub(super) fn integral(
 fn visit(
     rule: &Rule,
     cells: impl Iterator<Item = ([usize; 4], f64)>,
-    fields: Fields<'_>,
-    law: Law,
+    fields: NodeFields<'_>,
+    law: IntegratedLaw,
     mut with: impl FnMut(&[usize; 4], &[f64; 4], f64, &crate::contact::law::Projected),
 ) {
     for (corners, area) in cells {
@@ -116,9 +116,9 @@ fn visit(
     }
 }
 
-impl Cells {
+impl ContactCells {
     /// Cells around `nodes`.
-    pub fn new(surface: &Surface, nodes: Vec<usize>) -> Self {
+    pub fn new(surface: &ConsistentSurface, nodes: Vec<usize>) -> Self {
         let mut place = vec![usize::MAX; surface.nodes()];
         nodes.iter().enumerate().for_each(|(a, &i)| place[i] = a);
         let placed = surface.cells().map(|(corners, area)| (corners.map(|i| place[i]), area));
@@ -153,12 +153,12 @@ impl Cells {
     }
 
     /// The integral over the cells.
-    pub fn integral(&self, fields: Fields<'_>, law: Law) -> Integral {
+    pub fn integral(&self, fields: NodeFields<'_>, law: IntegratedLaw) -> Integral {
         integral(&self.rule, self.len(), self.cells.iter().copied(), fields, law)
     }
 
     /// Its derivative by t − ρ ṡ and p − ρ g at the nodes.
-    pub fn derivative(&self, fields: Fields<'_>, law: Law) -> Derivative {
+    pub fn derivative(&self, fields: NodeFields<'_>, law: IntegratedLaw) -> CellDerivative {
         let mut blocks = vec![[[[0.0; 3]; 3]; 9]; self.len()];
         visit(&self.rule, self.cells.iter().copied(), fields, law, |corners, shape, weight, projected| {
             let d = projected.derivative();
@@ -168,11 +168,11 @@ impl Cells {
                 (0..3).for_each(|r| (0..3).for_each(|c| block[r][c] += share * d[r][c]));
             }
         });
-        Derivative(blocks)
+        CellDerivative(blocks)
     }
 
     /// out −= D v, `[3k]`.
-    pub fn subtract(&self, d: &Derivative, v: &[f64], out: &mut [f64]) {
+    pub fn subtract(&self, d: &CellDerivative, v: &[f64], out: &mut [f64]) {
         for (i, (blocks, neighbours)) in d.0.iter().zip(&self.neighbours).enumerate() {
             let mut sum = [0.0; 3];
             for (block, &j) in blocks.iter().zip(neighbours).filter(|(_, &j)| j != usize::MAX) {

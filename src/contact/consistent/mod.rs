@@ -20,7 +20,7 @@ mod newton;
 mod steady;
 mod surface;
 
-pub(crate) use cells::{Cells, Law};
-pub(crate) use newton::{CellProblem, Effort, Memory};
+pub(crate) use cells::{ContactCells, IntegratedLaw};
+pub(crate) use newton::{CellProblem, ConsistentEffort, FactoredJacobian};
 pub use steady::{augmentation, ConsistentSolution, ConsistentSteady};
-pub use surface::Surface;
+pub use surface::ConsistentSurface;

@@ -3,7 +3,7 @@
 //! With the derivative D of the integral F′ = I − D (H⁻¹ − ρ B). A Jacobian is factored where the one before no
 //! longer serves GMRES as a preconditioner, over Newton iterations and over steps in time.
 
-use super::cells::{Cells, Derivative, Fields, Law};
+use super::cells::{CellDerivative, ContactCells, IntegratedLaw, NodeFields};
 use crate::contact::krylov::gmres;
 use crate::dense::product;
 use faer::linalg::solvers::{PartialPivLu, Solve};
@@ -11,8 +11,8 @@ use faer::{Mat, MatMut, MatRef};
 
 /// A problem on the nodes of some cells.
 pub(crate) struct CellProblem<'a> {
-    pub cells: &'a Cells,
-    pub law: Law,
+    pub cells: &'a ContactCells,
+    pub law: IntegratedLaw,
     /// B: creep (x, y) and gap per force (x, y, n), `[3k, 3k]`.
     pub response: MatRef<'a, f64>,
     /// u at R = 0 without shift, `[3k]`.
@@ -25,7 +25,7 @@ pub(crate) struct CellProblem<'a> {
 
 /// Forces and shifts with what follows from them.
 #[derive(Debug, Clone)]
-pub(crate) struct Iterate {
+pub(crate) struct ConsistentIterate {
     /// R, N, `[3k]`.
     pub forces: Vec<f64>,
     /// Shift of each component of u.
@@ -43,26 +43,26 @@ pub(crate) struct Iterate {
     norm: f64,
 }
 
-impl Iterate {
+impl ConsistentIterate {
     /// The integral, N, `[3k]`: the forces but for what is left of F, and none where nothing presses.
     pub fn projected(&self) -> Vec<f64> {
         self.forces.iter().zip(&self.map).map(|(r, f)| r - f).collect()
     }
 
-    pub fn fields(&self) -> Fields<'_> {
-        Fields { stress: &self.stress, motion: &self.motion }
+    pub fn fields(&self) -> NodeFields<'_> {
+        NodeFields { stress: &self.stress, motion: &self.motion }
     }
 }
 
 /// A factored Jacobian.
 #[derive(Default)]
-pub(crate) struct Memory {
+pub(crate) struct FactoredJacobian {
     factor: Option<PartialPivLu<f64>>,
 }
 
 /// Counts of a solution.
 #[derive(Debug, Clone, Copy, Default)]
-pub(crate) struct Effort {
+pub(crate) struct ConsistentEffort {
     pub iterations: usize,
     pub products: usize,
     pub factorisations: usize,
@@ -85,16 +85,16 @@ impl CellProblem<'_> {
     }
 
     /// Everything that follows from forces, N, `[3k]`, and shifts.
-    pub fn iterate(&self, forces: Vec<f64>, shift: [f64; 3]) -> Iterate {
+    pub fn iterate(&self, forces: Vec<f64>, shift: [f64; 3]) -> ConsistentIterate {
         let response = product(self.response, &forces);
         self.with(forces, shift, response)
     }
 
-    fn with(&self, forces: Vec<f64>, shift: [f64; 3], response: Vec<f64>) -> Iterate {
+    fn with(&self, forces: Vec<f64>, shift: [f64; 3], response: Vec<f64>) -> ConsistentIterate {
         let stress = self.cells.stress(&forces);
         let motion: Vec<f64> =
             self.constant.iter().zip(&response).enumerate().map(|(r, (c, b))| c + b + shift[r % 3]).collect();
-        let found = self.cells.integral(Fields { stress: &stress, motion: &motion }, self.law);
+        let found = self.cells.integral(NodeFields { stress: &stress, motion: &motion }, self.law);
         let mut map: Vec<f64> = forces.iter().zip(&found.forces).map(|(r, i)| r - i).collect();
         let of = |(f, m): (&[f64], &f64)| f[0].hypot(f[1]).max(f[2].abs()) / m;
         // A comparison that keeps what is not a number.
@@ -107,12 +107,18 @@ impl CellProblem<'_> {
             map.push(error);
         }
         let norm = map.iter().map(|f| f * f).sum::<f64>().sqrt();
-        Iterate { forces, shift, response, stress, motion, map, largest, norm }
+        ConsistentIterate { forces, shift, response, stress, motion, map, largest, norm }
     }
 
     /// Solves to a largest residual of `target`, as measured, from `start`; the residual that is left where the
     /// method stalls.
-    pub fn solve(&self, target: f64, start: Iterate, memory: &mut Memory, effort: &mut Effort) -> Result<Iterate, f64> {
+    pub fn solve(
+        &self,
+        target: f64,
+        start: ConsistentIterate,
+        memory: &mut FactoredJacobian,
+        effort: &mut ConsistentEffort,
+    ) -> Result<ConsistentIterate, f64> {
         let mut now = start;
         for _ in 0..PATIENCE {
             if now.largest <= target {
@@ -135,11 +141,11 @@ impl CellProblem<'_> {
     /// A Newton step, `[3k + borders]`.
     fn step(
         &self,
-        now: &Iterate,
-        d: &Derivative,
+        now: &ConsistentIterate,
+        d: &CellDerivative,
         target: f64,
-        memory: &mut Memory,
-        effort: &mut Effort,
+        memory: &mut FactoredJacobian,
+        effort: &mut ConsistentEffort,
     ) -> Option<Vec<f64>> {
         let rhs: Vec<f64> = now.map.iter().map(|f| -f).collect();
         let tolerance = (0.1 * target / now.largest).clamp(1e-10, 1e-2);
@@ -165,7 +171,7 @@ impl CellProblem<'_> {
     }
 
     /// F′ v, `[3k + borders]`.
-    fn apply(&self, d: &Derivative, v: &[f64]) -> Vec<f64> {
+    fn apply(&self, d: &CellDerivative, v: &[f64]) -> Vec<f64> {
         let n = 3 * self.cells.len();
         let rho = self.rho();
         let mut z = self.cells.stress(&v[..n]);
@@ -183,7 +189,7 @@ impl CellProblem<'_> {
     }
 
     /// F′, `[3k + borders, 3k + borders]`.
-    fn jacobian(&self, d: &Derivative) -> Mat<f64> {
+    fn jacobian(&self, d: &CellDerivative) -> Mat<f64> {
         let n = 3 * self.cells.len();
         let rho = self.rho();
         let borders: Vec<usize> = self.borders().collect();
@@ -208,10 +214,10 @@ impl CellProblem<'_> {
     }
 
     /// Line search on the norm of the map; the best trial where none is good.
-    fn search(&self, now: &Iterate, step: &[f64]) -> Option<Iterate> {
+    fn search(&self, now: &ConsistentIterate, step: &[f64]) -> Option<ConsistentIterate> {
         let n = 3 * self.cells.len();
         let moved = product(self.response, &step[..n]);
-        let mut best: Option<Iterate> = None;
+        let mut best: Option<ConsistentIterate> = None;
         let mut t = 1.0;
         for _ in 0..10 {
             let add = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a + t * b).collect::<Vec<f64>>();

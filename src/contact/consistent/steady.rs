@@ -1,9 +1,9 @@
 //! Steady rolling by equation (3): from the solution of the nodal laws on, by Newton's method on the nodes around the
 //! contact.
 
-use super::cells::{self, Cells, Fields, Law};
-use super::newton::{CellProblem, Effort, Iterate, Memory};
-use super::surface::Surface;
+use super::cells::{self, ContactCells, IntegratedLaw, NodeFields};
+use super::newton::{CellProblem, ConsistentEffort, ConsistentIterate, FactoredJacobian};
+use super::surface::ConsistentSurface;
 use crate::contact::interface::{Stencil, Upstream};
 use crate::contact::law::Augmentation;
 use crate::contact::loads::NormalLoad;
@@ -89,14 +89,15 @@ impl<'a> ConsistentSteady<'a> {
         })?;
         let start = p.solve()?;
         let mut forces: Vec<f64> = start.stresses().iter().enumerate().map(|(k, v)| v * s.weight[k / 3]).collect();
-        let surface = Surface::new(patch);
+        let surface = ConsistentSurface::new(patch);
         let mut approach = start.motions[0];
         let mut whole = self.whole(&surface, &forces, (approach, load));
-        let mut effort = Effort { iterations: start.iterations, products: start.products, ..Effort::default() };
+        let mut effort =
+            ConsistentEffort { iterations: start.iterations, products: start.products, ..ConsistentEffort::default() };
         if start.pressure.iter().all(|&v| v == 0.0) {
             return self.finish(whole, effort, approach);
         }
-        let mut memory = Memory::default();
+        let mut memory = FactoredJacobian::default();
         let mut residuals = Vec::new();
         let mut nodes: Vec<usize> = Vec::new();
         for _ in 0..ROUNDS {
@@ -113,7 +114,7 @@ impl<'a> ConsistentSteady<'a> {
             if wanted.iter().any(|i| nodes.binary_search(i).is_err()) {
                 nodes = surface.with_neighbours(wanted.into_iter());
             }
-            let cells = Cells::new(&surface, nodes.clone());
+            let cells = ContactCells::new(&surface, nodes.clone());
             let found = self.newton(&cells, &whole.upstream, (&forces, approach, load), &mut memory, &mut effort)?;
             forces.fill(0.0);
             for (f, &i) in found.forces.chunks_exact(3).zip(&nodes) {
@@ -134,20 +135,20 @@ impl<'a> ConsistentSteady<'a> {
         )))
     }
 
-    fn law(&self) -> Law {
-        Law { rho: self.augmentation, friction: self.problem.friction.coefficient(0.0) }
+    fn law(&self) -> IntegratedLaw {
+        IntegratedLaw { rho: self.augmentation, friction: self.problem.friction.coefficient(0.0) }
     }
 
     /// Newton's method with the upstream operator as it is, from forces on all nodes, N, `[3n]`, and an approach; the
     /// shift is the change of it.
     fn newton(
         &self,
-        cells: &Cells,
+        cells: &ContactCells,
         upstream: &Upstream,
         (forces, approach, load): (&[f64], f64, NormalLoad),
-        memory: &mut Memory,
-        effort: &mut Effort,
-    ) -> Result<Iterate> {
+        memory: &mut FactoredJacobian,
+        effort: &mut ConsistentEffort,
+    ) -> Result<ConsistentIterate> {
         let p = &self.problem;
         let s = p.interface;
         let k = cells.len();
@@ -184,7 +185,7 @@ impl<'a> ConsistentSteady<'a> {
     }
 
     /// State of the whole interface under forces, N, `[3n]`, and an approach, where `load` is given.
-    fn whole(&self, surface: &Surface, forces: &[f64], (approach, load): (f64, NormalLoad)) -> Whole {
+    fn whole(&self, surface: &ConsistentSurface, forces: &[f64], (approach, load): (f64, NormalLoad)) -> Whole {
         let p = &self.problem;
         let (s, n) = (p.interface, p.interface.len());
         let (u, stress, law) = (p.compliance.multiply(forces), surface.field(forces), self.law());
@@ -197,7 +198,7 @@ impl<'a> ConsistentSteady<'a> {
             motion.extend((0..2).map(|c| rigid[c] + upstream.derivative(i, |j| s.shift[j][c] + u[3 * j + c])));
             motion.push(gap[i]);
         }
-        let fields = Fields { stress: &stress, motion: &motion };
+        let fields = NodeFields { stress: &stress, motion: &motion };
         let integral = cells::integral(&surface.rule(), n, surface.cells(), fields, law);
         let peak = (0..n).map(|i| forces[3 * i + 2] / s.weight[i]).fold(0.0, f64::max);
         let friction = if law.friction > 0.0 { law.friction } else { 1.0 };
@@ -219,7 +220,7 @@ impl<'a> ConsistentSteady<'a> {
     }
 
     /// The solution.
-    fn finish(&self, whole: Whole, effort: Effort, approach: f64) -> Result<ConsistentSolution> {
+    fn finish(&self, whole: Whole, effort: ConsistentEffort, approach: f64) -> Result<ConsistentSolution> {
         let p = &self.problem;
         let s = p.interface;
         let n = s.len();
@@ -229,9 +230,9 @@ impl<'a> ConsistentSteady<'a> {
                 "steady contact, consistent quadrature: the solution is not finite".into(),
             ));
         }
-        let fields = Fields { stress: &stress, motion: &motion };
+        let fields = NodeFields { stress: &stress, motion: &motion };
         let over: Vec<f64> = integral.forces.iter().enumerate().map(|(k, f)| f / s.weight[k / 3]).collect();
-        let counts = newton::Effort { iterations: effort.iterations, products: effort.products };
+        let counts = newton::NewtonEffort { iterations: effort.iterations, products: effort.products };
         let nodal = p.evaluate(&over, vec![approach], upstream, &u, counts)?;
         let solution =
             SteadySolution { state: (0..n).map(|i| self.law().status(fields, i) as u8).collect(), residual, ..nodal };

@@ -11,7 +11,7 @@ pub(super) type Rule = [([f64; 4], f64); 9];
 ///
 /// On a rectilinear grid H is the product of the matrices of its two lines, and so is its inverse.
 #[derive(Debug, Clone)]
-pub struct Surface {
+pub struct ConsistentSurface {
     /// Nodes along x and y.
     shape: [usize; 2],
     /// Lengths of the intervals along x and y, m.
@@ -21,7 +21,7 @@ pub struct Surface {
     rule: Rule,
 }
 
-impl Surface {
+impl ConsistentSurface {
     /// Surface of a patch.
     pub fn new(s: &ContactPatch) -> Self {
         let lengths = [&s.x, &s.y].map(|line| line.windows(2).map(|w| w[1] - w[0]).collect::<Vec<f64>>());
@@ -153,7 +153,7 @@ mod tests {
         let x = vec![-2.0, -1.2, -0.5, 0.0, 0.3, 1.0];
         let y = vec![-1.0, 0.1, 0.7, 1.1];
         let s = Interface::new(x, y, vec![0.0; 24]).unwrap();
-        let surface = Surface::new(&s.patches[0]);
+        let surface = ConsistentSurface::new(&s.patches[0]);
         let field: Vec<f64> = (0..72).map(|k| (1.7 * k as f64).sin()).collect();
         let mut forces = vec![0.0; 72];
         for (corners, area) in surface.cells() {
@@ -179,7 +179,7 @@ mod tests {
     #[test]
     fn neighbours_stay_off_the_border() {
         let s = Interface::paraboloid(6, 5, [1.0, 1.0], [1.0, 1.0]).unwrap();
-        let surface = Surface::new(&s.patches[0]);
+        let surface = ConsistentSurface::new(&s.patches[0]);
         assert_eq!(surface.with_neighbours([7].into_iter()), [7, 8, 13, 14]);
         assert_eq!(surface.with_neighbours([0, 15].into_iter()), [0, 7, 8, 9, 10, 14, 15, 16, 20, 21, 22]);
     }

@@ -1,6 +1,6 @@
 use super::*;
 use crate::friction::{
-    DoubleExponential, Exponential, FrictionLaw, Kraft, Linear, Rational, Relaxation, Remembered, Table,
+    DoubleExponential, Exponential, FrictionLaw, FrictionTable, Kraft, Linear, Rational, Relaxation, Remembered,
 };
 
 #[test]
@@ -59,7 +59,7 @@ fn laws() -> Vec<FrictionLaw> {
     laws.push(DoubleExponential::new(0.4, 0.25, 0.6, 0.2, 2.0).into());
     laws.push(Linear::new(0.4, 0.25, 0.8).into());
     laws.push(Kraft::new(0.4).into());
-    laws.push(Table::new(vec![[0.0, 0.35], [0.1, 0.4], [0.9, 0.25]]).into());
+    laws.push(FrictionTable::new(vec![[0.0, 0.35], [0.1, 0.4], [0.9, 0.25]]).into());
     laws
 }
 

@@ -2,7 +2,7 @@
 
 use super::belt::{equations, onset, smooth, BeltModes, FALL};
 use super::*;
-use crate::model::Dynamics;
+use crate::model::ModalDynamics;
 
 /// The belt at one velocity, m/s, under modes whose damping is `key` times that given, 1/s.
 struct Damped<'a> {
@@ -17,12 +17,12 @@ impl Family for Damped<'_> {
         self.belt.conditions(self.v)
     }
 
-    fn dynamics(&self, key: f64) -> crate::Result<Option<Dynamics>> {
+    fn dynamics(&self, key: f64) -> crate::Result<Option<ModalDynamics>> {
         let damping = match self.damping.nrows() {
             1 => vec![key * self.damping[(0, 0)]].into(),
             _ => (faer::Scale(key) * &self.damping).into(),
         };
-        Ok(Some(Dynamics { stiffness: ModalMatrix::squares(&self.omega), damping, turning: None }))
+        Ok(Some(ModalDynamics { stiffness: ModalMatrix::squares(&self.omega), damping, turning: None }))
     }
 }
 

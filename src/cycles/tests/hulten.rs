@@ -131,7 +131,7 @@ impl Family for Belts {
             tolerance: 1e-12,
             drive: Loading::constant(
                 NormalLoad::Approach(PRESSED),
-                Creepage { longitudinal: 0.0, lateral: 0.0, spin: 0.0 },
+                ContactCreepage { longitudinal: 0.0, lateral: 0.0, spin: 0.0 },
                 0.0,
             ),
         };

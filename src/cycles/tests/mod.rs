@@ -2,7 +2,7 @@
 //! that loses its stability, and the unstable cycles between the two.
 
 use super::*;
-use crate::contact::{Creepage, NormalLoad};
+use crate::contact::{ContactCreepage, NormalLoad};
 use crate::cycles::branch::{follow, solve};
 use crate::cycles::corrector::Equations;
 use crate::friction::{Exponential, FrictionLaw};
@@ -66,7 +66,7 @@ impl Family for Belt {
             tolerance: 1e-12,
             drive: Loading::constant(
                 NormalLoad::Approach(LOAD * SOFT),
-                Creepage { longitudinal: 1.0, lateral: 0.0, spin: 0.0 },
+                ContactCreepage { longitudinal: 1.0, lateral: 0.0, spin: 0.0 },
                 key,
             ),
         };

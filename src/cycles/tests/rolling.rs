@@ -36,7 +36,7 @@ impl Rolling {
     }
 
     fn conditions(&self) -> Conditions {
-        let creepage = Creepage { longitudinal: 1e-3, lateral: 3e-3, spin: 0.1 };
+        let creepage = ContactCreepage { longitudinal: 1e-3, lateral: 3e-3, spin: 0.1 };
         let settings = Settings {
             scheme: Scheme { step: 1e-5, theta: 0.5 },
             friction: self.friction.clone(),

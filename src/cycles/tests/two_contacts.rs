@@ -51,7 +51,7 @@ impl Family for Balls {
         let law = Exponential { memory_length: 1e-5, ..Exponential::new(0.4, 0.2, 0.3) };
         let drive = |patch: usize| {
             let lateral = if patch == 0 { key } else { OTHER };
-            let creepage = Creepage { longitudinal: 0.0, lateral, spin: 0.0 };
+            let creepage = ContactCreepage { longitudinal: 0.0, lateral, spin: 0.0 };
             PatchDrive::constant(PatchKinematics { speed: SPEED, creepage })
         };
         let loads = Loads::of_patches(&[NormalLoad::Force(8e3), NormalLoad::Force(6e3)][..self.count()]);

@@ -6,9 +6,9 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::{inverse, strain_column, stress_of, to_space, Element, PointStress};
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::mesh::quality::{determinant, jacobian};
-use crate::mesh::reference::{Point, HEX_CORNERS};
+use crate::mesh::reference::{QuadraturePoint, HEX_CORNERS};
 use crate::mesh::CellKind;
 
 /// Number of displacement degrees of freedom of the element.
@@ -23,7 +23,7 @@ struct GaussPoint {
     columns: [[f64; 6]; 33],
 }
 
-fn gauss_point(x: &[[f64; 3]], point: &Point, centre_inv: &[[f64; 3]; 3], centre_det: f64) -> GaussPoint {
+fn gauss_point(x: &[[f64; 3]], point: &QuadraturePoint, centre_inv: &[[f64; 3]; 3], centre_det: f64) -> GaussPoint {
     let (shape, xi) = (&point.shape, point.at);
     let j = jacobian(x, shape);
     let det = determinant(&j);
@@ -64,14 +64,14 @@ struct Condensed {
     recover: [[f64; DOFS]; 9],
 }
 
-fn condense(points: &[GaussPoint; 8], material: &Material) -> Condensed {
+fn condense(points: &[GaussPoint; 8], material: &ElasticMaterial) -> Condensed {
     Arch::new().dispatch(Condense { points, material })
 }
 
 /// [`condense`] in the vector instructions of the processor at hand.
 struct Condense<'a> {
     points: &'a [GaussPoint; 8],
-    material: &'a Material,
+    material: &'a ElasticMaterial,
 }
 
 impl WithSimd for Condense<'_> {
@@ -88,7 +88,7 @@ const WIDE: usize = 36;
 const VECTOR: usize = 4;
 
 #[inline(always)]
-fn condense_here(points: &[GaussPoint; 8], material: &Material) -> Condensed {
+fn condense_here(points: &[GaussPoint; 8], material: &ElasticMaterial) -> Condensed {
     let (lambda, mu) = material.lame();
     let mut k = [[0.0; WIDE]; 33];
     for p in points {
@@ -152,12 +152,12 @@ fn condense_here(points: &[GaussPoint; 8], material: &Material) -> Condensed {
 }
 
 impl Element for Hex8 {
-    fn stiffness(&self, x: &[[f64; 3]], material: &Material, k: &mut [f64]) {
+    fn stiffness(&self, x: &[[f64; 3]], material: &ElasticMaterial, k: &mut [f64]) {
         k.copy_from_slice(condense(&gauss(x), material).stiffness.as_flattened());
     }
 
     /// Evaluated at the Gauss points, where it is most accurate, and extrapolated trilinearly.
-    fn nodal_stress(&self, x: &[[f64; 3]], u: &[f64], material: &Material, stress: &mut [[f64; 6]]) {
+    fn nodal_stress(&self, x: &[[f64; 3]], u: &[f64], material: &ElasticMaterial, stress: &mut [[f64; 6]]) {
         let at_gauss = gauss_stress(&gauss(x), u, material);
         for (s, c) in stress.iter_mut().zip(&HEX_CORNERS) {
             let n = CellKind::Hex8.shape(c.map(|v| v * 3f64.sqrt())).values;
@@ -165,7 +165,7 @@ impl Element for Hex8 {
         }
     }
 
-    fn stresses(&self, x: &[[f64; 3]], u: &[f64], material: &Material) -> Vec<PointStress> {
+    fn stresses(&self, x: &[[f64; 3]], u: &[f64], material: &ElasticMaterial) -> Vec<PointStress> {
         let points = gauss(x);
         let stress = gauss_stress(&points, u, material);
         // The first strain of a column along x, the second along y, the third along z is the gradient.
@@ -180,7 +180,7 @@ impl Element for Hex8 {
 }
 
 /// Stress at the Gauss points under the displacement `u`, Pa.
-fn gauss_stress(points: &[GaussPoint; 8], u: &[f64], material: &Material) -> [[f64; 6]; 8] {
+fn gauss_stress(points: &[GaussPoint; 8], u: &[f64], material: &ElasticMaterial) -> [[f64; 6]; 8] {
     let recover = condense(points, material).recover;
     let amplitudes: [f64; 9] = std::array::from_fn(|a| recover[a].iter().zip(u).map(|(r, v)| r * v).sum());
     let (lambda, mu) = material.lame();
@@ -203,7 +203,7 @@ mod tests {
     fn pure_bending_of_one_element_is_exact() {
         // A 2×2×2 cube bent about y: u = κxz, w = -κx²/2 (+ Poisson terms); the energy per volume is E κ² z²/2.
         let (e, nu) = (205e9, 0.3);
-        let mat = Material { young: e, poisson: nu, density: 1. };
+        let mat = ElasticMaterial { young: e, poisson: nu, density: 1. };
         let mut k = [[0.0; DOFS]; DOFS];
         Hex8.stiffness(&HEX_CORNERS, &mat, k.as_flattened_mut());
         let mut u = [0.0; DOFS];

@@ -1,10 +1,10 @@
 //! The isoparametric element of any kind: displacement and geometry by the same shape functions, full integration.
 
 use super::{inverse, stress_of, to_space, Element, PointStress};
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::mesh::kind::MAX_NODES;
 use crate::mesh::quality::{determinant, jacobian};
-use crate::mesh::reference::Shape;
+use crate::mesh::reference::ShapeFunctions;
 use crate::mesh::CellKind;
 use std::sync::OnceLock;
 
@@ -13,7 +13,7 @@ pub(super) struct Isoparametric(pub CellKind);
 
 /// Derivatives of the shape functions with respect to the space coordinates, 1/m, and the determinant of the
 /// Jacobian, m³.
-fn gradients(x: &[[f64; 3]], shape: &Shape) -> ([[f64; 3]; MAX_NODES], f64) {
+fn gradients(x: &[[f64; 3]], shape: &ShapeFunctions) -> ([[f64; 3]; MAX_NODES], f64) {
     let j = jacobian(x, shape);
     let det = determinant(&j);
     let inv = inverse(&j, det);
@@ -26,7 +26,7 @@ fn gradients(x: &[[f64; 3]], shape: &Shape) -> ([[f64; 3]; MAX_NODES], f64) {
 
 /// Stress (xx, yy, zz, xy, yz, zx), Pa, of the displacement `u`, m, `[3n]`, where the shape functions have the
 /// gradients `g`, 1/m, `[n][3]`.
-fn stress_at(g: &[[f64; 3]], u: &[f64], material: &Material) -> [f64; 6] {
+fn stress_at(g: &[[f64; 3]], u: &[f64], material: &ElasticMaterial) -> [f64; 6] {
     let mut d = [[0.0; 3]; 3];
     for (ga, ua) in g.iter().zip(u.chunks_exact(3)) {
         for i in 0..3 {
@@ -41,7 +41,7 @@ fn stress_at(g: &[[f64; 3]], u: &[f64], material: &Material) -> [f64; 6] {
 impl Element for Isoparametric {
     /// With A_(ai)(bj) = ∫ ∂N_a/∂x_i ∂N_b/∂x_j dV the stiffness is λ A_(ai)(bj) + μ A_(aj)(bi) + μ δ_ij Σ_k
     /// A_(ak)(bk): A is a sum of products of a vector with itself, which is most of the work.
-    fn stiffness(&self, x: &[[f64; 3]], material: &Material, k: &mut [f64]) {
+    fn stiffness(&self, x: &[[f64; 3]], material: &ElasticMaterial, k: &mut [f64]) {
         let n = x.len();
         let (lambda, mu) = material.lame();
         k.fill(0.0);
@@ -74,17 +74,17 @@ impl Element for Isoparametric {
 
     /// Evaluated at as many points within as there are corners, where it is most accurate, and extrapolated by the
     /// functions of the linear cell.
-    fn nodal_stress(&self, x: &[[f64; 3]], u: &[f64], material: &Material, stress: &mut [[f64; 6]]) {
+    fn nodal_stress(&self, x: &[[f64; 3]], u: &[f64], material: &ElasticMaterial, stress: &mut [[f64; 6]]) {
         let recovery = recovery(self.0);
-        let at = |shape: &Shape| stress_at(&gradients(x, shape).0[..x.len()], u, material);
+        let at = |shape: &ShapeFunctions| stress_at(&gradients(x, shape).0[..x.len()], u, material);
         let at_points: Vec<[f64; 6]> = recovery.points.iter().map(at).collect();
         for (s, weights) in stress.iter_mut().zip(recovery.weights.chunks_exact(at_points.len())) {
             *s = std::array::from_fn(|i| weights.iter().zip(&at_points).map(|(w, p)| w * p[i]).sum());
         }
     }
 
-    fn stresses(&self, x: &[[f64; 3]], u: &[f64], material: &Material) -> Vec<PointStress> {
-        let of = |p: &crate::mesh::reference::Point| {
+    fn stresses(&self, x: &[[f64; 3]], u: &[f64], material: &ElasticMaterial) -> Vec<PointStress> {
+        let of = |p: &crate::mesh::reference::QuadraturePoint| {
             let (g, det) = gradients(x, &p.shape);
             let g = &g[..x.len()];
             PointStress { volume: p.weight * det, gradients: g.to_vec(), stress: stress_at(g, u, material) }
@@ -95,7 +95,7 @@ impl Element for Isoparametric {
 
 /// Points of stress evaluation, and how they come from there to the nodes.
 struct Recovery {
-    points: Vec<Shape>,
+    points: Vec<ShapeFunctions>,
     /// `[nodes, points]`, row-major.
     weights: Vec<f64>,
 }

@@ -5,7 +5,7 @@ mod isoparametric;
 #[cfg(test)]
 mod tests;
 
-use super::Material;
+use super::ElasticMaterial;
 use crate::mesh::CellKind;
 use isoparametric::Isoparametric;
 
@@ -23,14 +23,14 @@ pub struct PointStress {
 pub trait Element: Sync {
     /// Stiffness of the cell with nodes at `x` (m, `[n][3]`), N/m, `[3n, 3n]` row-major, degree of freedom `3*node +
     /// component`.
-    fn stiffness(&self, x: &[[f64; 3]], material: &Material, k: &mut [f64]);
+    fn stiffness(&self, x: &[[f64; 3]], material: &ElasticMaterial, k: &mut [f64]);
 
     /// Stress (xx, yy, zz, xy, yz, zx), Pa, at the nodes, `[n][6]`, under the displacement `u`, m, `[3n]`.
-    fn nodal_stress(&self, x: &[[f64; 3]], u: &[f64], material: &Material, stress: &mut [[f64; 6]]);
+    fn nodal_stress(&self, x: &[[f64; 3]], u: &[f64], material: &ElasticMaterial, stress: &mut [[f64; 6]]);
 
     /// Stress at the points of the rule for the stiffness under the displacement `u`, m, `[3n]`: in equilibrium with
     /// what the stiffness says.
-    fn stresses(&self, x: &[[f64; 3]], u: &[f64], material: &Material) -> Vec<PointStress>;
+    fn stresses(&self, x: &[[f64; 3]], u: &[f64], material: &ElasticMaterial) -> Vec<PointStress>;
 }
 
 /// The element of a kind of cell.

@@ -1,12 +1,12 @@
 //! Every element: rigid-body motions, constant stress, mass.
 
 use super::*;
-use crate::fem::forms::{Convected, Form, Gyroscopic, Mass, Prestress, Stiffness};
+use crate::fem::forms::{Convected, Form, Gyroscopic, Mass, PrestressStiffness, Stiffness};
 use crate::fem::rotation::Axis;
 use crate::mesh::quality::volume;
 use crate::mesh::Cell;
 
-const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800. };
+const STEEL: ElasticMaterial = ElasticMaterial { young: 205e9, poisson: 0.3, density: 7800. };
 
 /// The reference cell, its corners moved a little; the other nodes lie between them, and away from there by `bend` of
 /// the push of a corner.
@@ -258,7 +258,7 @@ fn rotation_forms_of_rigid_motions_and_constant_stress() {
         let x = bent(kind, 0.0);
         let stretch: Vec<[f64; 3]> = x.iter().map(|p| [1e-3 * p[0], 0.0, 0.0]).collect();
         let mut prestress = vec![0.0; n * n];
-        Prestress { material: STEEL, displacement: &stretch }.matrix(cell(kind), &x, &mut prestress);
+        PrestressStiffness { material: STEEL, displacement: &stretch }.matrix(cell(kind), &x, &mut prestress);
         let (l, mu) = STEEL.lame();
         let wanted = 1e-3 * (l + 2.0 * mu) * 1e-6 * volume(kind, &x);
         let found = form(&prestress, &stretch, &stretch);

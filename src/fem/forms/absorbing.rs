@@ -1,12 +1,12 @@
 //! Damping by the mass that grows towards a plane.
 
-use super::{Coupling, Form};
+use super::{Form, NodeCoupling};
 use crate::mesh::quality::{determinant, jacobian};
 use crate::mesh::Cell;
 
 /// ∫ ρ α v·u dV, kg/s, or with what moves across the normal alone, with α = `rate` (1 − d/`depth`)² at the distance d
 /// < `depth` from a plane and 0 beyond: waves meet no step that would send them back.
-pub struct Absorbing {
+pub struct AbsorbingMass {
     /// Density ρ, kg/m³.
     pub density: f64,
     /// A point of the plane, m.
@@ -21,7 +21,7 @@ pub struct Absorbing {
     pub across: bool,
 }
 
-impl Absorbing {
+impl AbsorbingMass {
     /// α at a point, 1/s.
     pub fn rate(&self, x: [f64; 3]) -> f64 {
         let distance = (0..3).map(|c| (x[c] - self.place[c]) * self.normal[c]).sum::<f64>().abs();
@@ -29,12 +29,12 @@ impl Absorbing {
     }
 }
 
-impl Form for Absorbing {
-    fn coupling(&self) -> Coupling {
+impl Form for AbsorbingMass {
+    fn coupling(&self) -> NodeCoupling {
         if self.across {
-            Coupling::Full
+            NodeCoupling::Full
         } else {
-            Coupling::Components
+            NodeCoupling::Components
         }
     }
 

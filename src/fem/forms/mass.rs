@@ -1,6 +1,6 @@
 //! Consistent mass.
 
-use super::{Coupling, Form};
+use super::{Form, NodeCoupling};
 use crate::mesh::quality::{determinant, jacobian};
 use crate::mesh::Cell;
 
@@ -11,8 +11,8 @@ pub struct Mass {
 }
 
 impl Form for Mass {
-    fn coupling(&self) -> Coupling {
-        Coupling::Components
+    fn coupling(&self) -> NodeCoupling {
+        NodeCoupling::Components
     }
 
     fn matrix(&self, cell: Cell<'_>, x: &[[f64; 3]], out: &mut [f64]) {

@@ -3,10 +3,10 @@
 //! integration by parts (div W = 0, W·n = 0 on the boundary of a body of revolution) there remain a skew, a symmetric
 //! and a prestress form.
 
-use super::{Coupling, Form};
+use super::{Form, NodeCoupling};
 use crate::fem::element::{element, inverse, to_space};
 use crate::fem::rotation::Axis;
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::mesh::quality::{determinant, jacobian};
 use crate::mesh::Cell;
 
@@ -39,8 +39,8 @@ pub struct Gyroscopic {
 }
 
 impl Form for Gyroscopic {
-    fn coupling(&self) -> Coupling {
-        Coupling::Components
+    fn coupling(&self) -> NodeCoupling {
+        NodeCoupling::Components
     }
 
     fn symmetric(&self) -> bool {
@@ -69,8 +69,8 @@ pub struct Convected {
 }
 
 impl Form for Convected {
-    fn coupling(&self) -> Coupling {
-        Coupling::Components
+    fn coupling(&self) -> NodeCoupling {
+        NodeCoupling::Components
     }
 
     fn matrix(&self, cell: Cell<'_>, x: &[[f64; 3]], out: &mut [f64]) {
@@ -87,16 +87,16 @@ impl Form for Convected {
 }
 
 /// Stiffness by prestress, K_σ: ∫ σ0 : ∇v·∇u dV with the stress of a displacement.
-pub struct Prestress<'a> {
+pub struct PrestressStiffness<'a> {
     /// Elastic constants.
-    pub material: Material,
+    pub material: ElasticMaterial,
     /// Displacement of all local nodes, m, `[nodes][3]`.
     pub displacement: &'a [[f64; 3]],
 }
 
-impl Form for Prestress<'_> {
-    fn coupling(&self) -> Coupling {
-        Coupling::Components
+impl Form for PrestressStiffness<'_> {
+    fn coupling(&self) -> NodeCoupling {
+        NodeCoupling::Components
     }
 
     fn matrix(&self, cell: Cell<'_>, x: &[[f64; 3]], out: &mut [f64]) {

@@ -1,6 +1,6 @@
 //! Columns of a table by their headings.
 
-use super::{Headings, Table};
+use super::{Headings, NumberTable};
 use crate::{Error, Result};
 
 /// Names of a numbering of the rows; the first one is that of pandas, which has none.
@@ -34,7 +34,7 @@ pub struct Column {
 
 /// Two columns that a table may have.
 #[derive(Debug, Clone, Copy)]
-pub struct Pair<'a> {
+pub struct ColumnPair<'a> {
     /// Names that the headings may have for each of them, in lower case; several pairs of names may be given.
     pub names: &'a [[&'a [&'a str]; 2]],
     /// Both columns in words, for messages.
@@ -82,7 +82,7 @@ pub struct Heading {
     pub unit: Option<String>,
 }
 
-impl Table {
+impl NumberTable {
     /// The headings, one each column; those of a comment above the rows where all of them are `known`.
     pub fn headings(&self, known: &[&str]) -> Option<Vec<Heading>> {
         let heading = |title: &String| {
@@ -104,7 +104,7 @@ impl Table {
     /// # Errors
     /// More than two columns without headings; a first column that may count the rows; headings that are not those
     /// wanted; a unit that is none.
-    pub fn pair(&self, wanted: &Pair) -> Result<[Column; 2]> {
+    pub fn pair(&self, wanted: &ColumnPair) -> Result<[Column; 2]> {
         let known = |h: &&Headings| {
             let name = |n: &String| parts(n).0;
             let role = |n: &str| wanted.names.iter().flatten().any(|names| names.contains(&n));
@@ -116,7 +116,7 @@ impl Table {
         }
     }
 
-    fn unnamed(&self, wanted: &Pair) -> Result<[Column; 2]> {
+    fn unnamed(&self, wanted: &ColumnPair) -> Result<[Column; 2]> {
         let counts = self.counts(0);
         if self.columns == 2 && !(wanted.refuse_counting && counts) {
             return Ok([0, 1].map(|at| Column { at, unit: None }));
@@ -131,7 +131,7 @@ impl Table {
         Err(self.fault(0, format!("{} columns without headings", self.columns), format!("{}: {hint}", wanted.expected)))
     }
 
-    fn named(&self, headings: &Headings, wanted: &Pair) -> Result<[Column; 2]> {
+    fn named(&self, headings: &Headings, wanted: &ColumnPair) -> Result<[Column; 2]> {
         let fault = |found: String| {
             Error::Input(format!(
                 "{}, line {}: found {found}, expected {}; leave out all other columns",

@@ -34,7 +34,7 @@ impl Separator {
 
 /// How the rows of a table are written.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Layout {
+pub(super) struct TableLayout {
     pub separator: Separator,
     /// `.` or `,`.
     pub decimal: char,
@@ -42,24 +42,24 @@ pub(super) struct Layout {
 
 /// All layouts. Rows that are numbers in two of them are the same numbers, as a field that holds a separator of another
 /// layout is no number; so the first one that fits is as good as any.
-const LAYOUTS: [Layout; 8] = [
-    Layout { separator: Separator::Semicolon, decimal: '.' },
-    Layout { separator: Separator::Semicolon, decimal: ',' },
-    Layout { separator: Separator::Tab, decimal: '.' },
-    Layout { separator: Separator::Tab, decimal: ',' },
-    Layout { separator: Separator::Blank, decimal: '.' },
-    Layout { separator: Separator::Blank, decimal: ',' },
-    Layout { separator: Separator::Comma, decimal: '.' },
+const LAYOUTS: [TableLayout; 8] = [
+    TableLayout { separator: Separator::Semicolon, decimal: '.' },
+    TableLayout { separator: Separator::Semicolon, decimal: ',' },
+    TableLayout { separator: Separator::Tab, decimal: '.' },
+    TableLayout { separator: Separator::Tab, decimal: ',' },
+    TableLayout { separator: Separator::Blank, decimal: '.' },
+    TableLayout { separator: Separator::Blank, decimal: ',' },
+    TableLayout { separator: Separator::Comma, decimal: '.' },
     // With fields in quotes.
-    Layout { separator: Separator::Comma, decimal: ',' },
+    TableLayout { separator: Separator::Comma, decimal: ',' },
 ];
 
-impl Layout {
+impl TableLayout {
     /// The layout in which all rows are numbers, else the one in which most are.
     pub fn find(name: &str, rows: &[Line]) -> Result<Self> {
         let has = |c: char| rows.iter().any(|row| row.1.contains(c));
         let [semicolon, tab, comma, quote] = [';', '\t', ',', '"'].map(has);
-        let possible = |l: &Layout| match (l.separator, l.decimal) {
+        let possible = |l: &TableLayout| match (l.separator, l.decimal) {
             (Separator::Comma, ',') => comma && quote,
             (_, ',') if !comma => false,
             (Separator::Semicolon, _) => semicolon,

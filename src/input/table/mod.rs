@@ -15,8 +15,8 @@ mod layout;
 #[cfg(test)]
 mod tests;
 
-pub use columns::{Column, Pair};
-use layout::{Layout, Separator};
+pub use columns::{Column, ColumnPair};
+use layout::{Separator, TableLayout};
 
 use super::text;
 use crate::{Error, Result};
@@ -27,7 +27,7 @@ const LARGEST: usize = 200_000_000;
 
 /// A table: rows of numbers, all of the same length.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Table {
+pub struct NumberTable {
     name: String,
     headings: Option<Headings>,
     /// Words of the comment right above the first row.
@@ -39,7 +39,7 @@ pub struct Table {
     columns: usize,
     /// True for the columns whose fields are digits alone.
     whole: Vec<bool>,
-    layout: Layout,
+    layout: TableLayout,
     /// True where a decimal sign occurs.
     fractions: bool,
 }
@@ -56,7 +56,7 @@ struct Headings {
 /// A line that is neither empty nor a comment, without a comment at its end.
 type Line<'a> = (usize, &'a str);
 
-impl Table {
+impl NumberTable {
     /// Reads the file at `path`.
     ///
     /// # Errors
@@ -105,7 +105,7 @@ impl Table {
         if rows.is_empty() {
             return Err(Error::Input(format!("{name}: found 0 rows of numbers, expected some, such as -39.0; 1.575")));
         }
-        let layout = Layout::find(name, &rows)?;
+        let layout = TableLayout::find(name, &rows)?;
         Reader { name, layout }.read(&rows, comment)
     }
 
@@ -187,11 +187,11 @@ fn is_directive(line: &str) -> bool {
 
 struct Reader<'a> {
     name: &'a str,
-    layout: Layout,
+    layout: TableLayout,
 }
 
 impl Reader<'_> {
-    fn read(&self, rows: &[Line], comment: Option<Line>) -> Result<Table> {
+    fn read(&self, rows: &[Line], comment: Option<Line>) -> Result<NumberTable> {
         let mut fields = Vec::new();
         let (headings, skip) = self.headings(rows)?;
         let body = &rows[skip..];
@@ -204,7 +204,7 @@ impl Reader<'_> {
         if columns < 2 {
             return Err(self.no_number(first.0, first.1, first.1));
         }
-        let mut table = Table {
+        let mut table = NumberTable {
             name: self.name.to_owned(),
             headings,
             comment: None,
@@ -309,7 +309,7 @@ impl Reader<'_> {
 
     /// Refuses whole numbers between commas where the digits of a column may be those behind the decimal commas of the
     /// column before it.
-    fn refuse_digits_between_commas(&self, table: &Table, body: &[Line]) -> Result<()> {
+    fn refuse_digits_between_commas(&self, table: &NumberTable, body: &[Line]) -> Result<()> {
         let quoted = || body.iter().any(|row| row.1.contains('"'));
         let pointed = || body.iter().any(|row| row.1.contains(['.', 'e', 'E', 'd', 'D']));
         if self.layout.separator != Separator::Comma || table.headings.is_some() {

@@ -3,17 +3,20 @@
 use super::*;
 use std::fmt::Write;
 
-const PLAIN: Pair =
-    Pair { names: &[[&["y"], &["z"]], [&["x"], &["y"]]], expected: "two columns, y and z", refuse_counting: true };
+const PLAIN: ColumnPair = ColumnPair {
+    names: &[[&["y"], &["z"]], [&["x"], &["y"]]],
+    expected: "two columns, y and z",
+    refuse_counting: true,
+};
 
 fn values(text: &str) -> Result<Vec<[f64; 2]>> {
-    let table = Table::parse("t.csv", text)?;
+    let table = NumberTable::parse("t.csv", text)?;
     let pair = table.pair(&PLAIN)?;
     Ok((0..table.rows()).map(|i| [table.row(i)[pair[0].at], table.row(i)[pair[1].at]]).collect())
 }
 
 fn says(text: &str) -> String {
-    let error = Table::parse("t.csv", text).and_then(|t| t.pair(&PLAIN)).expect_err(text);
+    let error = NumberTable::parse("t.csv", text).and_then(|t| t.pair(&PLAIN)).expect_err(text);
     assert!(error.exit_code() == 3 && error.message().starts_with("t.csv"), "{error}");
     error.message().to_owned()
 }
@@ -86,7 +89,7 @@ fn what_is_not_certain_is_refused_with_its_line() {
 #[test]
 fn headings_name_units_and_places() {
     let units = |heading: &str| {
-        let table = Table::parse("t", &format!("{heading}\n1.5;2.5\n2.5;3.5\n")).unwrap();
+        let table = NumberTable::parse("t", &format!("{heading}\n1.5;2.5\n2.5;3.5\n")).unwrap();
         table.pair(&PLAIN).map(|pair| pair.map(|c| c.unit)).unwrap()
     };
     for heading in
@@ -96,9 +99,9 @@ fn headings_name_units_and_places() {
     }
     assert_eq!(units("y [µm];z [in]"), [Some(1e-6), Some(0.0254)]);
     assert_eq!(units("y;z"), [None; 2]);
-    let area = Table::parse("t", "way;-10;0;10\n0,0;1;2;3\n0,5;1;2;3\n").unwrap();
+    let area = NumberTable::parse("t", "way;-10;0;10\n0,0;1;2;3\n0,5;1;2;3\n").unwrap();
     assert_eq!(area.heading_numbers(), Some((1, vec![-10.0, 0.0, 10.0])));
-    let table = Table::parse("t", ",y,z\n0,1.5,2.5\n1,2.5,3.5\n2,3.5,4.5\n").unwrap();
+    let table = NumberTable::parse("t", ",y,z\n0,1.5,2.5\n1,2.5,3.5\n2,3.5,4.5\n").unwrap();
     let pair = table.pair(&PLAIN).unwrap();
     assert_eq!(
         format!("{}, {}", table.described(&pair), table.layout()),

@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::random::distribution::Distribution as Law;
+use crate::random::distribution::InputDistribution as Law;
 
 /// Probability of squeal where keys of the job are uncertain: stability at many samples of them, which modes are
 /// unstable how often, and which input the growth rate depends on. Needs `stability`; a job has this or `sweep`.

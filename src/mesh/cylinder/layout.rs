@@ -92,7 +92,7 @@ impl CylinderSpec {
 
         let arcs: Vec<f64> = theta.iter().map(|t| t * r).collect();
         let clear = 0.5 * half_patch;
-        let mut best: Option<(u64, Layout)> = None;
+        let mut best: Option<(u64, CylinderLayout)> = None;
         for joins in 0..=if self.has_patch() { MAX_JOINS } else { 0 } {
             let Some((y, j0)) = self.width(joins, nyp, first) else { continue };
             let mut level_r = levels(&below, 0, joins, h, clear);
@@ -109,7 +109,7 @@ impl CylinderSpec {
             if best.as_ref().is_none_or(|(n, _)| nodes < *n) {
                 let s = below.iter().rev().map(|b| 1.0 - b / depth).collect();
                 let y_far = self.far_lines(y.len() - 1, 3usize.pow(joins));
-                best = Some((nodes, Layout { theta: theta.clone(), s, y, y_far, reach, nxp, nyp, j0, grid }));
+                best = Some((nodes, CylinderLayout { theta: theta.clone(), s, y, y_far, reach, nxp, nyp, j0, grid }));
             }
         }
         best.map(|(_, l)| Divided::Grid(l)).ok_or_else(|| Error::Defect("no division of the cylinder's width".into()))
@@ -251,7 +251,7 @@ fn levels(positions: &[f64], edge: usize, joins: u32, h: f64, clear: f64) -> Vec
 }
 
 /// The divisions of a cylinder in angle, depth and width.
-pub(super) struct Layout {
+pub(super) struct CylinderLayout {
     /// Angles of half a turn at y = 0, `[nh + 1]`, from 0 to π.
     pub theta: Vec<f64>,
     /// Depth fraction, `[nr + 1]`: 0 at the bore, 1 at the running surface.
@@ -273,11 +273,11 @@ pub(super) struct Layout {
 }
 
 enum Divided {
-    Grid(Layout),
+    Grid(CylinderLayout),
     TooMany(f64),
 }
 
-impl Layout {
+impl CylinderLayout {
     /// The divisions of a valid cylinder that is not too fine.
     pub fn new(spec: &CylinderSpec) -> Result<Self> {
         match spec.divisions()? {

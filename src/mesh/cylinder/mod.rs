@@ -14,7 +14,7 @@ mod tests;
 
 use super::Mesh;
 use crate::{Error, Result};
-use layout::Layout;
+use layout::CylinderLayout;
 
 /// Default ratio of neighbouring element sizes.
 pub const DEFAULT_GROWTH: f64 = 1.3;
@@ -213,14 +213,14 @@ impl CylinderSpec {
 
 /// Number of nodes and of cells that [`build`] would make, without building them.
 pub fn count(spec: &CylinderSpec) -> Result<(u64, u64)> {
-    Ok(Layout::new(spec)?.grid.count())
+    Ok(CylinderLayout::new(spec)?.grid.count())
 }
 
 /// Builds the mesh with the facet groups `inner`, `outer`, `side_minus`, `side_plus` and, if there is a patch,
 /// `contact` (a part of `outer`). Nodes of the patch lie on lines x = const and y = const through the whole multiples
 /// of the element size.
 pub fn build(spec: &CylinderSpec) -> Result<Mesh> {
-    let layout = Layout::new(spec)?;
+    let layout = CylinderLayout::new(spec)?;
     let patch_columns = layout.j0.wrapping_sub(layout.nyp)..=layout.j0 + layout.nyp;
     let mut mesh = layout.grid.build(
         |a, t, j| layout.position(spec, a, t.interpolate(&layout.s), j),

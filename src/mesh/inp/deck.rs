@@ -12,15 +12,15 @@ pub struct DeckPart {
     pub nodes: Vec<u64>,
     pub node_at: Vec<Place>,
     pub coords: Vec<[f64; 3]>,
-    pub blocks: Vec<Block>,
+    pub blocks: Vec<DeckElements>,
     /// Sets by name.
     pub node_sets: BTreeMap<String, Set>,
     pub element_sets: BTreeMap<String, Set>,
-    pub surfaces: BTreeMap<String, Surface>,
+    pub surfaces: BTreeMap<String, DeckSurface>,
 }
 
 /// Elements of a type.
-pub struct Block {
+pub struct DeckElements {
     pub kind: ElementType,
     /// Shells and membranes, which need not lie on the solid elements.
     pub loose: bool,
@@ -66,7 +66,7 @@ impl Chunk {
 }
 
 /// A surface.
-pub struct Surface {
+pub struct DeckSurface {
     /// Given by nodes, not by faces of elements.
     pub nodes: bool,
     /// Element, node or set, the face of the elements from 0 where one is given, and the place.

@@ -1,11 +1,11 @@
 //! Parts in their places, numbered through; sets and surfaces as groups.
 
-use super::deck::{Block, Chunk, Deck, DeckPart, Instance, Set, Surface};
+use super::deck::{Chunk, Deck, DeckElements, DeckPart, DeckSurface, Instance, Set};
 use super::elements::ElementType;
 use super::lines::Place;
 use super::parse::quote;
 use super::Files;
-use crate::mesh::listed::{Index, Listed, Origin};
+use crate::mesh::listed::{FileOrigin, Index, Listed};
 use crate::mesh::Facet;
 use crate::Result;
 use std::collections::HashMap;
@@ -57,7 +57,7 @@ fn placed(instance: &Instance, part: &DeckPart) -> DeckPart {
             None => moved,
         }
     };
-    let block = |b: &Block| Block {
+    let block = |b: &DeckElements| DeckElements {
         kind: b.kind,
         loose: b.loose,
         ids: b.ids.clone(),
@@ -72,7 +72,7 @@ fn placed(instance: &Instance, part: &DeckPart) -> DeckPart {
         names: c.names.clone(),
         nodes_of: c.nodes_of.clone(),
     };
-    let surface = |s: &Surface| Surface { nodes: s.nodes, members: s.members.clone() };
+    let surface = |s: &DeckSurface| DeckSurface { nodes: s.nodes, members: s.members.clone() };
     let mut all = DeckPart::default();
     for from in [part, &instance.own] {
         all.nodes.extend(&from.nodes);
@@ -216,7 +216,7 @@ impl Flat<'_> {
         &mut self,
         parts: &[DeckPart],
         i: usize,
-        (name, surface): (&str, &Surface),
+        (name, surface): (&str, &DeckSurface),
         facets: &mut HashMap<usize, Vec<String>>,
     ) -> Result<()> {
         let cells = self.listed.cells.len();

@@ -1,6 +1,6 @@
 //! Keyword lines, and keywords that say nothing about the mesh.
 
-use super::lines::Lines;
+use super::lines::DeckLines;
 use crate::{Error, Result};
 
 /// A keyword with its parameters.
@@ -17,7 +17,7 @@ pub struct Keyword {
 impl Keyword {
     /// The keyword at the last line; it goes on behind a comma at its end. Its name and parameters may be abbreviated
     /// as far as nothing else begins so.
-    pub fn read(lines: &mut Lines) -> Result<Self> {
+    pub fn read(lines: &mut DeckLines) -> Result<Self> {
         let at = lines.place();
         let mut text = lines.text().to_string();
         while text.ends_with(',') && text.len() < 1 << 16 {

@@ -1,6 +1,6 @@
 //! Lines of a file and of those that it includes, without comments, with their places.
 
-use super::{Files, Origin};
+use super::{FileOrigin, Files};
 use crate::input::text::without_mark;
 use crate::{Error, Result};
 use std::io::BufRead;
@@ -30,7 +30,7 @@ struct Open<'a> {
 }
 
 /// The lines of a deck, one after the other.
-pub struct Lines<'a> {
+pub struct DeckLines<'a> {
     /// Every file that was opened, the first one first.
     pub files: Vec<PathBuf>,
     open: Vec<Open<'a>>,
@@ -41,10 +41,10 @@ pub struct Lines<'a> {
     at: Place,
 }
 
-impl<'a> Lines<'a> {
+impl<'a> DeckLines<'a> {
     pub fn new(text: Box<dyn BufRead + 'a>, path: PathBuf) -> Self {
         let open = vec![Open { text, number: 0, line: 0 }];
-        Lines { files: vec![path], open, buffer: Vec::new(), again: false, text: String::new(), at: 0 }
+        DeckLines { files: vec![path], open, buffer: Vec::new(), again: false, text: String::new(), at: 0 }
     }
 
     /// Place of the last line.

@@ -14,10 +14,10 @@ mod parse;
 #[cfg(test)]
 mod tests;
 
-use super::listed::Origin;
+use super::listed::FileOrigin;
 use super::{Mesh, Naming};
 use crate::{Error, Result};
-use lines::{place, Lines, Place};
+use lines::{place, DeckLines, Place};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -28,15 +28,15 @@ pub fn read(path: &Path) -> Result<(Mesh, Vec<String>)> {
     let file = crate::input::open(path).map_err(|e| {
         Error::Input(format!("mesh file {name} cannot be read: {e}; expected an input file of Abaqus or CalculiX"))
     })?;
-    of_lines(Lines::new(Box::new(std::io::BufReader::with_capacity(1 << 18, file)), path.to_path_buf()))
+    of_lines(DeckLines::new(Box::new(std::io::BufReader::with_capacity(1 << 18, file)), path.to_path_buf()))
 }
 
 /// Reads a mesh from the bytes of a file; `name` stands in messages, and files are included relative to it.
 pub fn parse(data: &[u8], name: &str) -> Result<(Mesh, Vec<String>)> {
-    of_lines(Lines::new(Box::new(std::io::Cursor::new(data)), PathBuf::from(name)))
+    of_lines(DeckLines::new(Box::new(std::io::Cursor::new(data)), PathBuf::from(name)))
 }
 
-fn of_lines(mut lines: Lines) -> Result<(Mesh, Vec<String>)> {
+fn of_lines(mut lines: DeckLines) -> Result<(Mesh, Vec<String>)> {
     let deck = parse::deck(&mut lines)?;
     let mut files = Files { names: lines.files, ..Files::default() };
     let mut remarks = deck.remarks.said(&files);
@@ -126,7 +126,7 @@ impl Files {
     }
 }
 
-impl Origin for Files {
+impl FileOrigin for Files {
     fn error(&self, at: u64, what: String) -> Error {
         Error::Input(format!("{}: {what}", self.at(at)))
     }

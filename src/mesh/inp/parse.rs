@@ -1,13 +1,13 @@
 //! From lines to a deck.
 
-use super::deck::{Block, Chunk, Deck, DeckPart, Instance, Set, Surface};
+use super::deck::{Chunk, Deck, DeckElements, DeckPart, DeckSurface, Instance, Set};
 use super::elements::{self, ElementType};
 use super::keywords::{advice, fields, is_harmless, Keyword};
-use super::lines::{Lines, Place};
+use super::lines::{DeckLines, Place};
 use crate::{Error, Result};
 
 /// Reads a deck.
-pub fn deck(lines: &mut Lines) -> Result<Deck> {
+pub fn deck(lines: &mut DeckLines) -> Result<Deck> {
     let mut deck = Deck::default();
     let mut inside = Scope::Assembly;
     let mut begun = 0;
@@ -125,14 +125,14 @@ fn leave_out(deck: &mut Deck, at: Place, name: &str) {
 }
 
 /// A name that a keyword must have.
-fn title(lines: &Lines, at: Place, keyword: &Keyword, key: &str) -> Result<String> {
+fn title(lines: &DeckLines, at: Place, keyword: &Keyword, key: &str) -> Result<String> {
     keyword
         .title(key)
         .filter(|n| !n.is_empty())
         .ok_or_else(|| lines.error(at, format!("*{} without {key}; expected {key}=… on its line", keyword.name)))
 }
 
-fn include(lines: &mut Lines, at: Place, keyword: &Keyword) -> Result<()> {
+fn include(lines: &mut DeckLines, at: Place, keyword: &Keyword) -> Result<()> {
     let name = keyword.value("INPUT").unwrap_or_default().to_string();
     if name.is_empty() {
         return Err(lines.error(at, "*INCLUDE without INPUT; expected INPUT=file"));
@@ -141,7 +141,7 @@ fn include(lines: &mut Lines, at: Place, keyword: &Keyword) -> Result<()> {
 }
 
 /// A translation and a rotation may stand behind the keyword.
-fn instance(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck) -> Result<()> {
+fn instance(lines: &mut DeckLines, at: Place, keyword: &Keyword, deck: &mut Deck) -> Result<()> {
     let (name, of) = (title(lines, at, keyword, "NAME")?, title(lines, at, keyword, "PART")?);
     let Some(part) = deck.parts.iter().position(|p| p.0 == of) else {
         return Err(
@@ -171,7 +171,7 @@ fn instance(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck) ->
     Ok(())
 }
 
-fn nodes(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut DeckPart) -> Result<()> {
+fn nodes(lines: &mut DeckLines, at: Place, keyword: &Keyword, part: &mut DeckPart) -> Result<()> {
     if let Some(system) = keyword.value("SYSTEM").filter(|s| !s.eq_ignore_ascii_case("R")) {
         return Err(lines.error(at, format!("*NODE with SYSTEM={}; expected Cartesian coordinates", quote(system))));
     }
@@ -201,7 +201,7 @@ fn nodes(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut DeckPart) -
     Ok(())
 }
 
-fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, inside: Scope) -> Result<()> {
+fn elements(lines: &mut DeckLines, at: Place, keyword: &Keyword, deck: &mut Deck, inside: Scope) -> Result<()> {
     let name = title(lines, at, keyword, "TYPE")?.to_uppercase();
     let kind = elements::element_type(&name).ok_or_else(|| {
         let what = format!(
@@ -219,7 +219,7 @@ fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, in
     }
     let n = kind.nodes();
     let loose = matches!(kind, ElementType::Facet(_)) && elements::remark(&name).is_some();
-    let mut block = Block { kind, loose, ids: Vec::new(), at: Vec::new(), nodes: Vec::new() };
+    let mut block = DeckElements { kind, loose, ids: Vec::new(), at: Vec::new(), nodes: Vec::new() };
     let mut named = Chunk::new(at, None);
     // An element may take several lines.
     let mut element: Vec<u32> = Vec::with_capacity(n + 1);
@@ -262,7 +262,7 @@ fn elements(lines: &mut Lines, at: Place, keyword: &Keyword, deck: &mut Deck, in
     Ok(())
 }
 
-fn set(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut DeckPart) -> Result<()> {
+fn set(lines: &mut DeckLines, at: Place, keyword: &Keyword, part: &mut DeckPart) -> Result<()> {
     let name = title(lines, at, keyword, &keyword.name)?;
     let generate = keyword.has("GENERATE");
     let mut chunk = Chunk::new(at, keyword.title("INSTANCE"));
@@ -299,7 +299,7 @@ fn set(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut DeckPart) -> 
     Ok(())
 }
 
-fn surface(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut DeckPart) -> Result<()> {
+fn surface(lines: &mut DeckLines, at: Place, keyword: &Keyword, part: &mut DeckPart) -> Result<()> {
     let name = title(lines, at, keyword, "NAME")?;
     let kind = keyword.title("TYPE").unwrap_or_else(|| "element".into());
     let nodes = match kind.as_str() {
@@ -333,7 +333,7 @@ fn surface(lines: &mut Lines, at: Place, keyword: &Keyword, part: &mut DeckPart)
             Err(lines.error(at, format!("a second surface {}; expected different names", quote(there.key()))))
         }
         std::collections::btree_map::Entry::Vacant(free) => {
-            free.insert(Surface { nodes, members });
+            free.insert(DeckSurface { nodes, members });
             Ok(())
         }
     }
@@ -355,7 +355,7 @@ fn real(field: &str) -> Option<f64> {
 }
 
 /// Numbers of the last line into `values`; those that are not there are 0.
-fn reals(lines: &Lines, values: &mut [f64]) -> Result<()> {
+fn reals(lines: &DeckLines, values: &mut [f64]) -> Result<()> {
     let wrong =
         || -> Error { lines.wrong(format!("found {}; expected {} numbers", quote(lines.text()), values.len())) };
     let found: Vec<f64> =

@@ -1,6 +1,6 @@
 //! Cells that are inverted, and cells that lie against each other without being joined.
 
-use super::{Listed, Origin};
+use super::{FileOrigin, Listed};
 use crate::mesh::kind::MAX_NODES;
 use crate::mesh::quality::{jacobian_range, worst_node};
 use crate::mesh::{facet_key, Facet, FacetKey, Mesh};
@@ -9,7 +9,7 @@ use std::collections::HashMap;
 
 impl Listed {
     /// Refuses inverted cells.
-    pub(super) fn check_cells(&self, mesh: &Mesh, origin: &dyn Origin) -> Result<()> {
+    pub(super) fn check_cells(&self, mesh: &Mesh, origin: &dyn FileOrigin) -> Result<()> {
         let (mut wrong, mut inside_out) = (0usize, 0usize);
         let mut first = None;
         let mut room = [[0.0; 3]; MAX_NODES];
@@ -46,7 +46,7 @@ impl Listed {
 
     /// Refuses cells of different kinds that lie against each other without being joined: faces with the same corners
     /// and other nodes between them, and quadrilaterals against triangles. Nothing else would show such a crack.
-    pub(super) fn check_joints(&self, mesh: &Mesh, origin: &dyn Origin) -> Result<()> {
+    pub(super) fn check_joints(&self, mesh: &Mesh, origin: &dyn FileOrigin) -> Result<()> {
         if mesh.cells.blocks().windows(2).all(|b| b[0].kind == b[1].kind) {
             return Ok(());
         }

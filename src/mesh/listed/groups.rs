@@ -1,13 +1,13 @@
 //! Groups of boundary facets: those that a file lists as elements, as faces of cells, or by their nodes.
 
-use super::{Listed, Origin};
+use super::{FileOrigin, Listed};
 use crate::mesh::{facet_key, Facet, FacetKey, Mesh};
 use crate::Result;
 use std::collections::{HashMap, HashSet};
 
 impl Listed {
     /// Sorts the facets into their groups. Remarks are about node sets that are no group.
-    pub(super) fn group(&self, mesh: &mut Mesh, origin: &dyn Origin) -> Result<Vec<String>> {
+    pub(super) fn group(&self, mesh: &mut Mesh, origin: &dyn FileOrigin) -> Result<Vec<String>> {
         let listed = || self.facets.iter().filter(|f| self.surfaces.contains_key(&f.surface));
         let keys: Vec<FacetKey> = listed().map(|f| facet_key(f.corners[..f.kind.corners()].iter().copied())).collect();
         for (facet, found) in listed().zip(mesh.cells.find_facets(&keys)) {

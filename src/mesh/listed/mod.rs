@@ -12,7 +12,7 @@ pub(super) use index::Index;
 use std::collections::HashMap;
 
 /// Positions in a file, for messages. A place is a number that only the reader of the format understands.
-pub(super) trait Origin {
+pub(super) trait FileOrigin {
     /// An error that names the file and the line or byte of the place `at`.
     fn error(&self, at: u64, what: String) -> Error;
 
@@ -79,7 +79,7 @@ impl Listed {
     }
 
     /// When all nodes are there, and before the first element: makes them to be found by their numbers.
-    pub fn number(&mut self, origin: &dyn Origin) -> Result<()> {
+    pub fn number(&mut self, origin: &dyn FileOrigin) -> Result<()> {
         self.index = Index::new(&self.tags).map_err(|i| {
             origin.error(self.node_at[i], format!("a second node {}; expected one", origin.number(self.tags[i])))
         })?;
@@ -99,7 +99,7 @@ impl Listed {
         [tag, at]: [u64; 2],
         order: &[u8],
         nodes: &[u64],
-        origin: &dyn Origin,
+        origin: &dyn FileOrigin,
     ) -> Result<()> {
         let mut positions = [0u32; super::kind::MAX_NODES];
         for (&to, &node) in order.iter().zip(nodes) {
@@ -138,7 +138,7 @@ impl Listed {
 
     /// Checks what was read and makes the mesh of it; nodes keep their order, unused ones are dropped. Beside the
     /// mesh it has remarks for the user.
-    pub fn mesh(mut self, origin: &dyn Origin) -> Result<(Mesh, Vec<String>)> {
+    pub fn mesh(mut self, origin: &dyn FileOrigin) -> Result<(Mesh, Vec<String>)> {
         self.index = Index::default();
         let mut number = vec![u32::MAX; self.tags.len()];
         self.cells.all_nodes().for_each(|n| number[n as usize] = 0);
@@ -198,7 +198,7 @@ fn keep<T>(values: &mut Vec<T>, number: &[u32]) {
     });
 }
 
-fn missing(what: &str, [tag, at]: [u64; 2], node: u64, origin: &dyn Origin) -> Error {
+fn missing(what: &str, [tag, at]: [u64; 2], node: u64, origin: &dyn FileOrigin) -> Error {
     let [tag, node] = [tag, node].map(|t| origin.number(t));
     origin.error(at, format!("{what} {tag} has the node {node}, which is not among the nodes"))
 }

@@ -1,6 +1,6 @@
 //! Nodes that were not merged, and bodies in several pieces: cracks that nothing else would show.
 
-use super::{Listed, Origin};
+use super::{FileOrigin, Listed};
 use crate::mesh::quality::volume;
 use crate::mesh::Mesh;
 use crate::Result;
@@ -16,7 +16,7 @@ const OF_EXTENT: f64 = 1e-10;
 
 impl Listed {
     /// Refuses meshes with unmerged nodes or in several pieces, and cells that are too flat; a remark on flat ones.
-    pub(super) fn check_seams(&self, mesh: &Mesh, origin: &dyn Origin) -> Result<Option<String>> {
+    pub(super) fn check_seams(&self, mesh: &Mesh, origin: &dyn FileOrigin) -> Result<Option<String>> {
         let size = mesh.nodes.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
         let step = (OF_EDGE * shortest_link(mesh)).max(OF_EXTENT * size);
         let pieces = Pieces::of(mesh);
@@ -68,7 +68,7 @@ impl Listed {
 
     /// Takes out pairs of nodes of one cell, which is then flat: opposite edges of it cross. A remark on such cells, or
     /// an error where one is too flat to be computed with.
-    fn flat_cells(&self, mesh: &Mesh, pairs: &mut Vec<[u32; 2]>, origin: &dyn Origin) -> Result<Option<String>> {
+    fn flat_cells(&self, mesh: &Mesh, pairs: &mut Vec<[u32; 2]>, origin: &dyn FileOrigin) -> Result<Option<String>> {
         if pairs.is_empty() {
             return Ok(None);
         }

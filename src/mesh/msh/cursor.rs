@@ -8,13 +8,13 @@ use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::ops::Range;
 
 /// Input: a file, or bytes in memory.
-pub(super) trait Source: Read + Seek {}
+pub(super) trait InputSource: Read + Seek {}
 
-impl<T: Read + Seek> Source for T {}
+impl<T: Read + Seek> InputSource for T {}
 
 /// Position in the bytes of a file.
 pub(super) struct Cursor<'a> {
-    source: RefCell<&'a mut dyn Source>,
+    source: RefCell<&'a mut dyn InputSource>,
     /// Bytes of the file from `base` on.
     window: Vec<u8>,
     base: u64,
@@ -39,7 +39,7 @@ const CHUNK: usize = 1 << 18;
 const LONGEST: usize = 1 << 20;
 
 impl<'a> Cursor<'a> {
-    pub fn new(source: &'a mut dyn Source, name: &'a str) -> Result<Self> {
+    pub fn new(source: &'a mut dyn InputSource, name: &'a str) -> Result<Self> {
         let length = source.seek(SeekFrom::End(0)).and_then(|n| source.rewind().map(|()| n));
         let length = length.map_err(|e| unreadable(name, &e))?;
         let source = RefCell::new(source);

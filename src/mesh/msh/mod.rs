@@ -9,11 +9,11 @@ mod sections;
 mod v2;
 mod v4;
 
-use super::listed::Origin;
+use super::listed::FileOrigin;
 use super::Mesh;
 use crate::{Error, Result};
-use cursor::{Cursor, Source};
-use sections::Raw;
+use cursor::{Cursor, InputSource};
+use sections::RawSections;
 use std::path::Path;
 
 /// Reads a mesh from the file at `path`. Lengths in the file are in m. An upper body's mesh lies at z > 0 and is
@@ -36,15 +36,15 @@ pub fn parse(data: &[u8], name: &str) -> Result<Mesh> {
     Ok(of_source(&mut std::io::Cursor::new(data), name)?.0)
 }
 
-fn of_source(source: &mut dyn Source, name: &str) -> Result<(Mesh, Vec<String>)> {
+fn of_source(source: &mut dyn InputSource, name: &str) -> Result<(Mesh, Vec<String>)> {
     let mut cursor = Cursor::new(source, name)?;
     cursor.skip_mark()?;
-    let listed = Raw::default().read(&mut cursor)?;
+    let listed = RawSections::default().read(&mut cursor)?;
     let (mesh, remarks) = listed.mesh(&cursor)?;
     Ok((mesh, remarks.into_iter().map(|text| format!("{name}: {text}")).collect()))
 }
 
-impl Origin for Cursor<'_> {
+impl FileOrigin for Cursor<'_> {
     fn error(&self, at: u64, what: String) -> Error {
         self.error_at(at, what)
     }

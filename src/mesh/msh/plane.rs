@@ -1,7 +1,7 @@
 //! Plane meshes of MSH files: the faces of a drawing, and its curves in physical groups.
 
 use super::cursor::Cursor;
-use super::sections::{ElementType, Raw};
+use super::sections::{GmshElementType, RawSections};
 use crate::{Error, Result};
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
@@ -45,10 +45,10 @@ pub fn read(path: &Path) -> Result<Plane> {
     of_source(&mut file, &name)
 }
 
-fn of_source(source: &mut dyn super::cursor::Source, name: &str) -> Result<Plane> {
+fn of_source(source: &mut dyn super::cursor::InputSource, name: &str) -> Result<Plane> {
     let mut c = Cursor::new(source, name)?;
     c.skip_mark()?;
-    Raw::of_plane().read_plane(&mut c)
+    RawSections::of_plane().read_plane(&mut c)
 }
 
 impl Read {
@@ -56,7 +56,7 @@ impl Read {
     pub fn add_element(
         &mut self,
         c: &Cursor,
-        of: &ElementType,
+        of: &GmshElementType,
         (entity, [tag, at]): (i32, [u64; 2]),
         nodes: Vec<usize>,
     ) -> Result<()> {
@@ -87,7 +87,7 @@ impl Read {
     }
 }
 
-impl Raw {
+impl RawSections {
     /// Reads a file with a plane mesh.
     fn read_plane(mut self, c: &mut Cursor) -> Result<Plane> {
         let elements_at = self.sections(c)?;

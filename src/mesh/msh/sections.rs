@@ -43,7 +43,7 @@ const TYPES: [(i32, usize, i32, &str); 30] = [
 
 /// Data read so far.
 #[derive(Default)]
-pub(super) struct Raw {
+pub(super) struct RawSections {
     /// Names of physical groups by their dimension and tag.
     pub names: HashMap<(i32, i32), String>,
     /// Physical groups of each curve.
@@ -63,7 +63,7 @@ const NODES: usize = 1;
 const ELEMENTS: usize = 2;
 
 /// An element type of Gmsh, and what it is here.
-pub(super) struct ElementType {
+pub(super) struct GmshElementType {
     pub nodes: usize,
     pub dim: i32,
     pub name: &'static str,
@@ -71,7 +71,7 @@ pub(super) struct ElementType {
     facet: Option<FacetKind>,
 }
 
-impl Raw {
+impl RawSections {
     /// For a plane mesh.
     pub fn of_plane() -> Self {
         Self { plane: Some(plane::Read::default()), ..Self::default() }
@@ -204,7 +204,7 @@ impl Raw {
     }
 
     /// Interpretation of an element of type `number`, in the surface `entity` if it is a facet; `at` is its place.
-    pub fn element_type(&self, c: &Cursor, at: u64, number: i32, entity: i32) -> Result<ElementType> {
+    pub fn element_type(&self, c: &Cursor, at: u64, number: i32, entity: i32) -> Result<GmshElementType> {
         let Some(&(_, nodes, dim, name)) = TYPES.iter().find(|t| t.0 == number) else {
             let text = format!("element type {number}; expected {} (and {} on the boundary)", cells(), facets());
             return Err(c.error_at(at, text));
@@ -221,7 +221,7 @@ impl Raw {
             );
             return Err(c.error_at(at, text));
         }
-        Ok(ElementType { nodes, dim, name, cell, facet })
+        Ok(GmshElementType { nodes, dim, name, cell, facet })
     }
 
     /// Takes an element, of which `place` is number and place in the file, in the surface `entity` with its nodes in
@@ -229,7 +229,7 @@ impl Raw {
     pub fn add_element(
         &mut self,
         c: &Cursor,
-        of: &ElementType,
+        of: &GmshElementType,
         entity: i32,
         place: [u64; 2],
         nodes: &[u64],

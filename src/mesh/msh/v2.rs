@@ -1,11 +1,11 @@
 //! Nodes and elements of an MSH 2.2 file.
 
 use super::cursor::Cursor;
-use super::sections::Raw;
+use super::sections::RawSections;
 use crate::Result;
 use std::collections::HashSet;
 
-impl Raw {
+impl RawSections {
     /// Reads `$Nodes`, or `$ParametricNodes` (Mesh.SaveParametric), where dimension and number of the entity follow,
     /// and one parameter on a curve, two on a surface.
     pub fn nodes_2(&mut self, c: &mut Cursor, parametric: bool) -> Result<()> {

@@ -1,10 +1,10 @@
 //! Nodes, elements and entities of an MSH 4.1 file.
 
 use super::cursor::Cursor;
-use super::sections::Raw;
+use super::sections::RawSections;
 use crate::Result;
 
-impl Raw {
+impl RawSections {
     /// Reads `$Entities`.
     pub fn entities(&mut self, c: &mut Cursor) -> Result<()> {
         let mut counts = [0u64; 4];

@@ -7,7 +7,7 @@ mod quadrature;
 mod shapes;
 
 use super::kind::{CellKind, MAX_NODES};
-use quadrature::Raw;
+use quadrature::RawRule;
 use std::sync::OnceLock;
 
 /// Corners of the reference hexahedron.
@@ -29,7 +29,7 @@ const WEDGE_CORNERS: [[f64; 3]; 6] =
 
 /// Shape functions of a cell at a point of its reference cell; the first `kind.nodes()` count.
 #[derive(Debug, Clone, Copy)]
-pub struct Shape {
+pub struct ShapeFunctions {
     /// Their values.
     pub values: [f64; MAX_NODES],
     /// Their derivatives with respect to the reference coordinates.
@@ -38,21 +38,21 @@ pub struct Shape {
 
 /// A point of a rule of quadrature.
 #[derive(Debug, Clone, Copy)]
-pub struct Point {
+pub struct QuadraturePoint {
     /// Reference coordinates.
     pub at: [f64; 3],
     /// Weight.
     pub weight: f64,
     /// Shape functions there.
-    pub shape: Shape,
+    pub shape: ShapeFunctions,
 }
 
 /// Data of a kind of cell that are computed once.
 struct Reference {
     nodes: Vec<[f64; 3]>,
-    stiffness: Vec<Point>,
-    mass: Vec<Point>,
-    checked: Vec<Shape>,
+    stiffness: Vec<QuadraturePoint>,
+    mass: Vec<QuadraturePoint>,
+    checked: Vec<ShapeFunctions>,
 }
 
 impl CellKind {
@@ -68,11 +68,11 @@ impl CellKind {
             let node = [mean(0), mean(1), mean(2)];
             nodes.push(node);
         }
-        let points = |rule: Raw| -> Vec<Point> {
-            rule.into_iter().map(|(at, weight)| Point { at, weight, shape: self.shape(at) }).collect()
+        let points = |rule: RawRule| -> Vec<QuadraturePoint> {
+            rule.into_iter().map(|(at, weight)| QuadraturePoint { at, weight, shape: self.shape(at) }).collect()
         };
         let stiffness = points(quadrature::stiffness(self));
-        let mut checked: Vec<Shape> = nodes.iter().map(|&at| self.shape(at)).collect();
+        let mut checked: Vec<ShapeFunctions> = nodes.iter().map(|&at| self.shape(at)).collect();
         checked.push(self.shape(self.centre()));
         // Nothing is hidden within the eight-node hexahedron, whose Jacobian is linear along every edge.
         if self != CellKind::Hex8 {
@@ -106,22 +106,22 @@ impl CellKind {
     }
 
     /// Shape functions at the reference point `at`.
-    pub fn shape(self, at: [f64; 3]) -> Shape {
+    pub fn shape(self, at: [f64; 3]) -> ShapeFunctions {
         shapes::shape(self, at)
     }
 
     /// The rule for the stiffness: exact where the Jacobian is constant.
-    pub fn stiffness_rule(self) -> &'static [Point] {
+    pub fn stiffness_rule(self) -> &'static [QuadraturePoint] {
         &self.reference().stiffness
     }
 
     /// The rule for mass and volume: exact for products of two shape functions where the Jacobian is constant.
-    pub fn mass_rule(self) -> &'static [Point] {
+    pub fn mass_rule(self) -> &'static [QuadraturePoint] {
         &self.reference().mass
     }
 
     /// The rule for the volume: exact where the rule for the stiffness is and where edges are curved.
-    pub fn volume_rule(self) -> &'static [Point] {
+    pub fn volume_rule(self) -> &'static [QuadraturePoint] {
         match self {
             CellKind::Hex8 => self.stiffness_rule(),
             _ => self.mass_rule(),
@@ -129,7 +129,7 @@ impl CellKind {
     }
 
     /// Points at which the Jacobian must be positive: at the nodes, first, and at the centre and points within.
-    pub(super) fn checked_shapes(self) -> &'static [Shape] {
+    pub(super) fn checked_shapes(self) -> &'static [ShapeFunctions] {
         &self.reference().checked
     }
 }
@@ -197,8 +197,9 @@ mod tests {
                 for i in 0..=degree {
                     for j in 0..=degree - i {
                         for k in 0..=degree - i - j {
-                            let at =
-                                |p: &Point| p.at[0].powi(i as i32) * p.at[1].powi(j as i32) * p.at[2].powi(k as i32);
+                            let at = |p: &QuadraturePoint| {
+                                p.at[0].powi(i as i32) * p.at[1].powi(j as i32) * p.at[2].powi(k as i32)
+                            };
                             let found: f64 = rule.iter().map(|p| p.weight * at(p)).sum();
                             let wanted = exact(kind, [i, j, k]);
                             assert!((found - wanted).abs() < 1e-14, "{kind:?}, {name}, {i} {j} {k}: {found}, {wanted}");

@@ -5,10 +5,10 @@ use crate::mesh::CellKind;
 use crate::quadrature::{triangle_6, GAUSS_2, GAUSS_3};
 
 /// Points and weights.
-pub(super) type Raw = Vec<([f64; 3], f64)>;
+pub(super) type RawRule = Vec<([f64; 3], f64)>;
 
 /// The rule for the stiffness.
-pub(super) fn stiffness(kind: CellKind) -> Raw {
+pub(super) fn stiffness(kind: CellKind) -> RawRule {
     match kind {
         CellKind::Tet4 => vec![([0.25; 3], 1.0 / 6.0)],
         CellKind::Tet10 => tet_4(),
@@ -23,7 +23,7 @@ pub(super) fn stiffness(kind: CellKind) -> Raw {
 }
 
 /// The rule for the mass.
-pub(super) fn mass(kind: CellKind) -> Raw {
+pub(super) fn mass(kind: CellKind) -> RawRule {
     match kind {
         CellKind::Tet4 => tet_4(),
         CellKind::Tet10 => tet_14(),
@@ -73,7 +73,7 @@ fn triangle_3() -> Vec<([f64; 2], f64)> {
 }
 
 /// Four points in the tetrahedron, exact to degree 2.
-fn tet_4() -> Raw {
+fn tet_4() -> RawRule {
     let root = 5f64.sqrt();
     let (a, b) = ((5.0 - root) / 20.0, (5.0 + 3.0 * root) / 20.0);
     [[a, a, a], [b, a, a], [a, b, a], [a, a, b]].map(|p| (p, 1.0 / 24.0)).to_vec()
@@ -81,7 +81,7 @@ fn tet_4() -> Raw {
 
 /// Fourteen points in the tetrahedron, exact to degree 5. N. J. Walkington, Quadrature on simplices of arbitrary
 /// dimension, 2000.
-fn tet_14() -> Raw {
+fn tet_14() -> RawRule {
     let mut points = Vec::with_capacity(14);
     for (a, w) in
         [(0.310_885_919_263_300_6, 0.112_687_925_718_015_86), (0.092_735_250_310_891_23, 0.073_493_043_116_361_95)]
@@ -97,7 +97,7 @@ fn tet_14() -> Raw {
 }
 
 /// Gauss's rule of 3 × 3 × 3 points.
-fn hex_27() -> Raw {
+fn hex_27() -> RawRule {
     let mut points = Vec::with_capacity(27);
     for (xi, wx) in GAUSS_3 {
         for (eta, wy) in GAUSS_3 {
@@ -107,12 +107,12 @@ fn hex_27() -> Raw {
     points
 }
 
-fn wedge(triangle: &[([f64; 2], f64)], line: &[(f64, f64)]) -> Raw {
+fn wedge(triangle: &[([f64; 2], f64)], line: &[(f64, f64)]) -> RawRule {
     line.iter().flat_map(|&(z, wz)| triangle.iter().map(move |&([x, y], w)| ([x, y, z], w * wz))).collect()
 }
 
 /// `n` × `n` × `n` points, n = 2 or 3, in the pyramid, drawn together towards the apex.
-fn pyramid(n: usize) -> Raw {
+fn pyramid(n: usize) -> RawRule {
     let line: &[(f64, f64)] = if n == 2 { &GAUSS_2 } else { &GAUSS_3 };
     let mut points = Vec::with_capacity(n * n * n);
     for (z, wz) in gauss_squared(n) {

@@ -1,9 +1,9 @@
 //! Shape functions of the reference cells and their derivatives.
 
-use super::{Shape, HEX_CORNERS};
+use super::{ShapeFunctions, HEX_CORNERS};
 use crate::mesh::kind::{CellKind, MAX_NODES};
 
-pub(super) fn shape(kind: CellKind, at: [f64; 3]) -> Shape {
+pub(super) fn shape(kind: CellKind, at: [f64; 3]) -> ShapeFunctions {
     match kind {
         CellKind::Tet4 => tet4(at),
         CellKind::Tet10 => tet10(at),
@@ -15,11 +15,11 @@ pub(super) fn shape(kind: CellKind, at: [f64; 3]) -> Shape {
     }
 }
 
-fn zero() -> Shape {
-    Shape { values: [0.0; MAX_NODES], gradients: [[0.0; 3]; MAX_NODES] }
+fn zero() -> ShapeFunctions {
+    ShapeFunctions { values: [0.0; MAX_NODES], gradients: [[0.0; 3]; MAX_NODES] }
 }
 
-impl Shape {
+impl ShapeFunctions {
     fn set(&mut self, node: usize, value: f64, gradient: [f64; 3]) {
         self.values[node] = value;
         self.gradients[node] = gradient;
@@ -32,13 +32,13 @@ fn barycentric(at: [f64; 3]) -> [(f64, [f64; 3]); 4] {
     [(1.0 - x - y - z, [-1.0; 3]), (x, [1.0, 0.0, 0.0]), (y, [0.0, 1.0, 0.0]), (z, [0.0, 0.0, 1.0])]
 }
 
-fn tet4(at: [f64; 3]) -> Shape {
+fn tet4(at: [f64; 3]) -> ShapeFunctions {
     let mut shape = zero();
     barycentric(at).into_iter().enumerate().for_each(|(k, (l, g))| shape.set(k, l, g));
     shape
 }
 
-fn tet10(at: [f64; 3]) -> Shape {
+fn tet10(at: [f64; 3]) -> ShapeFunctions {
     let mut shape = zero();
     let l = barycentric(at);
     for (k, (v, g)) in l.into_iter().enumerate() {
@@ -57,7 +57,7 @@ fn line(t: f64) -> [(f64, f64); 3] {
     [(0.5 * (1.0 - t), -0.5), (0.5 * (1.0 + t), 0.5), (1.0 - t * t, -2.0 * t)]
 }
 
-fn wedge(kind: CellKind, [x, y, z]: [f64; 3]) -> Shape {
+fn wedge(kind: CellKind, [x, y, z]: [f64; 3]) -> ShapeFunctions {
     let mut shape = zero();
     let l = [(1.0 - x - y, [-1.0, -1.0]), (x, [1.0, 0.0]), (y, [0.0, 1.0])];
     let ends = line(z);
@@ -111,7 +111,7 @@ fn wedge(kind: CellKind, [x, y, z]: [f64; 3]) -> Shape {
 /// Numer. Meth. Engng 35 (1992) 95–108. With u = ξ/(1 − ζ), v = η/(1 − ζ) every function but the apex's is (1 − ζ)
 /// P(u, v, ζ) with a polynomial P, so that the derivatives are P_u, P_v and −P + (1 − ζ) P_ζ + u P_u + v P_v. At the
 /// apex they depend on the direction: those along the axis are taken.
-fn pyramid(kind: CellKind, [x, y, z]: [f64; 3]) -> Shape {
+fn pyramid(kind: CellKind, [x, y, z]: [f64; 3]) -> ShapeFunctions {
     let mut shape = zero();
     let rest = 1.0 - z;
     let (u, v) = if rest.abs() > 1e-12 { (x / rest, y / rest) } else { (0.0, 0.0) };
@@ -147,7 +147,7 @@ fn pyramid(kind: CellKind, [x, y, z]: [f64; 3]) -> Shape {
     shape
 }
 
-fn hex8(at: [f64; 3]) -> Shape {
+fn hex8(at: [f64; 3]) -> ShapeFunctions {
     let mut shape = zero();
     for (k, c) in HEX_CORNERS.iter().enumerate() {
         let f = [1. + c[0] * at[0], 1. + c[1] * at[1], 1. + c[2] * at[2]];
@@ -158,7 +158,7 @@ fn hex8(at: [f64; 3]) -> Shape {
 }
 
 /// The serendipity element.
-fn hex20(at: [f64; 3]) -> Shape {
+fn hex20(at: [f64; 3]) -> ShapeFunctions {
     let mut shape = zero();
     let nodes = CellKind::Hex20.topology().edges.iter();
     for (k, c) in HEX_CORNERS.iter().enumerate() {
@@ -179,7 +179,7 @@ fn hex20(at: [f64; 3]) -> Shape {
 }
 
 /// Products of the quadratic polynomials of a line.
-fn hex27(at: [f64; 3]) -> Shape {
+fn hex27(at: [f64; 3]) -> ShapeFunctions {
     let mut shape = zero();
     let lagrange = |c: f64, t: f64| match c {
         0.0 => (1.0 - t * t, -2.0 * t),

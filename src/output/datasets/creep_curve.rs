@@ -7,7 +7,7 @@ use num_complex::Complex;
 
 /// A point of a creep curve.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Point {
+pub struct CreepCurvePoint {
     /// The creepage, in its unit.
     pub value: f64,
     /// 0, or the exit code of the failure.
@@ -51,7 +51,7 @@ pub struct Baseline {
     pub fastsim: [f64; 2],
 }
 
-impl Point {
+impl CreepCurvePoint {
     /// A point that could not be computed.
     pub fn failed(value: f64, error: &Error) -> Self {
         Self {
@@ -73,11 +73,11 @@ impl Point {
 }
 
 /// The curve; with its eigenvalues where `stability` was looked at.
-pub fn tables(wanted: &CreepCurve, all: &[Point], stability: bool) -> Vec<Table> {
-    let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&Point) -> f64| {
+pub fn tables(wanted: &CreepCurve, all: &[CreepCurvePoint], stability: bool) -> Vec<Table> {
+    let list = |name: &str, units: &str, text: &str, of: &dyn Fn(&CreepCurvePoint) -> f64| {
         Table::list(&format!("/creep_curve/{name}"), units, text, all.iter().map(of).collect::<Vec<f64>>())
     };
-    let count = |name: &str, text: &str, of: &dyn Fn(&Point) -> usize| {
+    let count = |name: &str, text: &str, of: &dyn Fn(&CreepCurvePoint) -> usize| {
         let counts: Vec<i64> = all.iter().map(|p| of(p) as i64).collect();
         Table::list(&format!("/creep_curve/{name}"), "1", text, counts)
     };

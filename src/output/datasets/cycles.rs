@@ -2,7 +2,7 @@
 
 use crate::job::Branch;
 use crate::output::Table;
-use crate::transient::cycle::{CycleOutcome, Followed};
+use crate::transient::cycle::{CycleOutcome, FollowedMotion};
 
 /// Outcome of a point, as numbers only: so it travels and is kept without loss.
 #[derive(Debug, Clone, PartialEq)]
@@ -79,7 +79,7 @@ impl Cycle {
     }
 
     /// Row of a motion that was followed; None where it came to rest.
-    pub fn from_followed(found: &Followed) -> Option<Self> {
+    pub fn from_followed(found: &FollowedMotion) -> Option<Self> {
         let (returns, record) = found.motion.as_ref()?;
         let fate = match found.fate {
             CycleOutcome::Rest => 0,

@@ -33,7 +33,7 @@ pub struct ModeOf {
 
 /// Statistics of the samples.
 #[derive(Debug, Clone)]
-pub struct Study {
+pub struct StudyStatistics {
     /// The uncertain keys.
     pub keys: Vec<String>,
     /// Place of each point in the design: 0 for A, 1 for B, 2 + i for A with the input i of B.
@@ -66,7 +66,7 @@ pub struct Study {
     pub index_rows: usize,
 }
 
-impl Study {
+impl StudyStatistics {
     /// How the interval of the probability was made, in words.
     pub fn way(&self) -> &'static str {
         word(self.method)
@@ -81,7 +81,7 @@ fn word(method: IntervalMethod) -> &'static str {
 }
 
 /// The group `/uncertainty` from all points, in the order of the plan.
-pub fn tables(plan: &SweepPlan, all: &[Outcome], study: &Study) -> Vec<Table> {
+pub fn tables(plan: &SweepPlan, all: &[Outcome], study: &StudyStatistics) -> Vec<Table> {
     let path = |name: &str| format!("/uncertainty/{name}");
     let list = |name: &str, units: &str, text: &str, values: Vec<f64>| Table::list(&path(name), units, text, values);
     let number = |name: &str, units: &str, text: &str, value: f64| Table::scalar(&path(name), units, text, value);
@@ -216,7 +216,7 @@ fn of_modes(points: usize, modes: &[ModeOf]) -> Vec<Table> {
     ]
 }
 
-fn of_indices(study: &Study) -> Vec<Table> {
+fn of_indices(study: &StudyStatistics) -> Vec<Table> {
     let path = |name: &str| format!("/uncertainty/indices/{name}");
     let all = &study.indices;
     let list = |name: &str, text: &str, of: &dyn Fn(&Indices) -> f64| {

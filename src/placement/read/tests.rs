@@ -8,7 +8,7 @@ use std::fmt::Write;
 const TREAD: [f64; 2] = [-0.033, 0.055];
 
 /// Points of a profile, mm, no further apart than `step`, m.
-fn points(profile: &Profile, step: f64) -> Vec<[f64; 2]> {
+fn points(profile: &RunningProfile, step: f64) -> Vec<[f64; 2]> {
     let mut all: Vec<[f64; 2]> = Vec::new();
     for y in profile.nodes(2e-6) {
         let p = [1e3 * y, 1e3 * profile.local(y).z];
@@ -27,7 +27,7 @@ fn text(points: &[[f64; 2]]) -> String {
 }
 
 /// Largest distance of two profiles away from the steep ends, m.
-fn apart(a: &Profile, b: &Profile, range: [f64; 2]) -> f64 {
+fn apart(a: &RunningProfile, b: &RunningProfile, range: [f64; 2]) -> f64 {
     (0..2000)
         .map(|i| range[0] + (range[1] - range[0]) * i as f64 / 1999.0)
         .map(|y| (a.local(y).z - b.local(y).z).abs())
@@ -35,17 +35,17 @@ fn apart(a: &Profile, b: &Profile, range: [f64; 2]) -> f64 {
 }
 
 /// The profile and the notes behind the line that says what was understood.
-fn of(name: &str, text: &str, kind: ProfileKind) -> Result<(Profile, Vec<String>)> {
+fn of(name: &str, text: &str, kind: ProfileKind) -> Result<(RunningProfile, Vec<String>)> {
     let (profile, mut notes) = profile_of(name, text, &Reading::plain(kind))?;
     assert!(notes[0].contains(" points") && notes[0].contains(" mm apart"), "{}", notes.remove(0));
     Ok((profile, notes.split_off(1)))
 }
 
-fn wheel(name: &str, text: &str) -> Result<(Profile, Vec<String>)> {
+fn wheel(name: &str, text: &str) -> Result<(RunningProfile, Vec<String>)> {
     of(name, text, ProfileKind::Wheel)
 }
 
-fn rail(name: &str, text: &str) -> Result<(Profile, Vec<String>)> {
+fn rail(name: &str, text: &str) -> Result<(RunningProfile, Vec<String>)> {
     of(name, text, ProfileKind::Rail)
 }
 
@@ -197,7 +197,7 @@ fn corners_stay_corners_and_noise_is_smoothed() {
     let raw = wheel("w.txt", &text(&noisy)).unwrap().0;
     let reading = Reading { smoothing: 6e-3, ..Reading::plain(ProfileKind::Wheel) };
     let smooth = profile_of("w.txt", &text(&noisy), &reading).unwrap().0;
-    let worst = |p: &Profile| {
+    let worst = |p: &RunningProfile| {
         let all = (0..200).map(|i| -0.01 + 1e-4 * i as f64);
         all.map(|y| (p.local(y).curvature() - exact.local(y).curvature()).abs()).fold(0.0, f64::max)
     };

@@ -11,21 +11,21 @@ use std::collections::HashMap;
 
 type Row = HashMap<String, f64>;
 
-fn rows() -> Vec<(TrackSide, Row)> {
+fn rows() -> Vec<(RailSide, Row)> {
     let mut lines = include_str!("manchester_a22_sample.csv").lines();
     let names: Vec<&str> = lines.next().unwrap().split(',').collect();
     let read = |line: &str| {
         let cells: Vec<&str> = line.split(',').collect();
-        let side = if cells[0] == "left" { TrackSide::Left } else { TrackSide::Right };
+        let side = if cells[0] == "left" { RailSide::Left } else { RailSide::Right };
         (side, names.iter().zip(&cells).skip(1).map(|(n, c)| (n.to_string(), c.parse().unwrap())).collect())
     };
     lines.map(read).collect()
 }
 
-fn place(side: TrackSide, row: &Row) -> Placed {
+fn place(side: RailSide, row: &Row) -> PlacedWheel {
     let rail = rail_head("UIC60", &[300e-3, 80e-3, 13e-3], &[21e-3, 51.976e-3], 20.0).unwrap();
     let position = Position::Shift { lateral: 1e-3 * row["y_ws"], yaw: row["yaw"], roll: row["roll"] };
-    let placement = Placement {
+    let placement = WheelPlacement {
         side,
         gauge: 1.435,
         gauge_depth: 0.014,
@@ -77,7 +77,7 @@ fn creepages_are_those_of_contact() {
     for (side, row) in rows() {
         let placed = place(side, &row);
         let frame = placed.centred_frame(1e-3 * row["approach"]).unwrap();
-        let motion = Motion { angular_speed: Some(-row["vpitch"]), ..Motion::free_rolling(2.0) };
+        let motion = RollingMotion { angular_speed: Some(-row["vpitch"]), ..RollingMotion::free_rolling(2.0) };
         let found = placed.creepages(&frame, &motion).unwrap();
         // Four digits are printed; 1 µm of rolling radius, by which CONTACT's point is deeper, is 2e-6 of ξ.
         for (value, want, slack) in [
@@ -110,7 +110,7 @@ fn rolling_radii_are_those_of_contact() {
 /// the running circle.
 #[test]
 fn hertz_is_near_where_curvatures_are_even() {
-    for (side, row) in rows().into_iter().filter(|(s, r)| *s == TrackSide::Left && r["case"] > 12.0) {
+    for (side, row) in rows().into_iter().filter(|(s, r)| *s == RailSide::Left && r["case"] > 12.0) {
         let ellipse = place(side, &row).ellipse(MODULUS, Press::Approach(1e-3 * row["approach"])).unwrap();
         assert!((ellipse.force / row["fn"] - 1.0).abs() < 2e-3, "{} {}", ellipse.force, row["fn"]);
         assert!((ellipse.pressure / (1e6 * row["pmax"]) - 1.0).abs() < 3e-3, "{} {}", ellipse.pressure, row["pmax"]);

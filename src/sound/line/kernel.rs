@@ -1,6 +1,6 @@
 //! The field of a line of sources.
 
-use crate::sound::panels::{Kernel, Point};
+use crate::sound::panels::{Kernel, OutlinePoint};
 use num_complex::Complex64;
 
 /// G = −(i/4) H0⁽²⁾(κR) and ∂G/∂n′ of a line of sources.
@@ -10,7 +10,7 @@ pub struct Line {
 }
 
 impl Kernel for Line {
-    fn integrals(&mut self, source: &Point, at: [f64; 2], k: f64) -> &[[Complex64; 2]] {
+    fn integrals(&mut self, source: &OutlinePoint, at: [f64; 2], k: f64) -> &[[Complex64; 2]] {
         let apart = [source.at[0] - at[0], source.at[1] - at[1]];
         let distance = apart[0].hypot(apart[1]);
         let along = (apart[0] * source.normal[0] + apart[1] * source.normal[1]) / distance;

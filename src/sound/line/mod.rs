@@ -11,4 +11,4 @@ mod kernel;
 mod plane;
 mod radiators;
 
-pub use radiators::Radiators;
+pub use radiators::RailRadiators;

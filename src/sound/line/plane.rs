@@ -1,7 +1,7 @@
 //! The exterior problem of Helmholtz in the plane of a section.
 
 use super::kernel::Line;
-use crate::sound::panels::{Integrals, Surface};
+use crate::sound::panels::{Integrals, PanelSurface};
 use crate::{Error, Result};
 use faer::linalg::solvers::{Solve, SolveLstsq};
 use faer::{Mat, MatRef};
@@ -21,13 +21,13 @@ pub fn directions(kappa: f64, farthest: f64) -> usize {
 /// plane with the wavenumber `kappa`, 1/m: ½p = ∫ p ∂G/∂n′ ds + iωρ ∫ v G ds; at points inside the section, a quarter
 /// of a wave length apart, p = 0 is asked for in place of ½p, so that its resonances are not seen (H. A. Schenck, J.
 /// Acoust. Soc. Am. 44 (1968) 41–58). Errors: not converged.
-pub fn pressures(surface: &Surface, kappa: f64, velocity: MatRef<'_, f64>) -> Result<Mat<Complex64>> {
+pub fn pressures(surface: &PanelSurface, kappa: f64, velocity: MatRef<'_, f64>) -> Result<Mat<Complex64>> {
     with_points(surface, kappa, velocity, &surface.inside(0.5 * PI / kappa))
 }
 
 /// The same with these points inside.
 fn with_points(
-    surface: &Surface,
+    surface: &PanelSurface,
     kappa: f64,
     velocity: MatRef<'_, f64>,
     points: &[[f64; 2]],
@@ -63,7 +63,7 @@ fn with_points(
 /// the pressure at the distance R is iωρ D (−i/4) √(2/(πκR)) e^{−i(κR − π/4)}, and each metre radiates ½ ωρ/(8π)
 /// ∫|D|² dθ of amplitudes.
 pub fn far(
-    surface: &Surface,
+    surface: &PanelSurface,
     kappa: f64,
     velocity: MatRef<'_, f64>,
     pressure: &Mat<Complex64>,

@@ -2,7 +2,7 @@
 
 use super::adaptive::integral;
 use super::plane::{directions, far, pressures};
-use crate::sound::panels::Meshed;
+use crate::sound::panels::PanelMesh;
 use crate::sound::{Air, Bands};
 use crate::swept::{Infinite, FORCES};
 use crate::{Error, Result};
@@ -35,10 +35,10 @@ const KINDS: usize = 5;
 const JUDGED: [usize; 6] = [0, 1, 2, 5, 6, 7];
 
 /// A rail in air.
-pub struct Radiators<'a> {
+pub struct RailRadiators<'a> {
     rail: &'a Infinite,
     air: Air,
-    meshed: Meshed,
+    meshed: PanelMesh,
     /// Normal motions at the nodes of the panels, `[nodes, q]`, and ∮ of their products, m, `[q, q]`.
     normal: Mat<f64>,
     square: Mat<f64>,
@@ -46,11 +46,12 @@ pub struct Radiators<'a> {
     kappa: Vec<f64>,
     /// Number of directions.
     count: usize,
-    /// The far field over iωρ of unit velocities of each motion at each κ, `[count, q]`; see [`Radiators::complete`].
+    /// The far field over iωρ of unit velocities of each motion at each κ, `[count, q]`; see
+    /// [`RailRadiators::complete`].
     far: Vec<Mat<Complex64>>,
 }
 
-impl<'a> Radiators<'a> {
+impl<'a> RailRadiators<'a> {
     /// Radiators of `rail` up to the end of `bands`. The far fields are still missing.
     pub fn new(rail: &'a Infinite, air: Air, bands: &Bands) -> Self {
         let points = rail.outline().edges.iter().flat_map(|e| e.points);
@@ -67,7 +68,7 @@ impl<'a> Radiators<'a> {
         }
         let farthest = outline.edges.iter().flat_map(|e| e.points).map(|x| x[0].hypot(x[1])).fold(0.0, f64::max);
         let highest = air.wave_number(bands.highest());
-        let meshed = Meshed::new(&outline, (PANEL * 2.0 * PI / highest).min(PANEL_OF_SIZE * farthest));
+        let meshed = PanelMesh::new(&outline, (PANEL * 2.0 * PI / highest).min(PANEL_OF_SIZE * farthest));
         let normal = meshed.normal(rail.motion());
         let nodes = meshed.surface.nodes();
         let weighted = Mat::from_fn(normal.nrows(), normal.ncols(), |i, j| nodes[i].length * normal[(i, j)]);
@@ -85,8 +86,8 @@ impl<'a> Radiators<'a> {
         2 * self.count * self.normal.ncols()
     }
 
-    /// The far fields of part `part` of `parts`, 0 elsewhere: the sum over the parts is what [`Radiators::complete`]
-    /// takes.
+    /// The far fields of part `part` of `parts`, 0 elsewhere: the sum over the parts is what
+    /// [`RailRadiators::complete`] takes.
     pub fn far(&self, part: usize, parts: usize) -> Result<Vec<f64>> {
         let size = self.size();
         let mut all = vec![0.0; size * self.kappa.len()];

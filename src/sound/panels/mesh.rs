@@ -1,7 +1,7 @@
 //! Panels along the outline of a section, and the velocities of its nodes on them.
 
 use super::panel::{Panel, NODES};
-use super::Surface;
+use super::PanelSurface;
 use crate::swept::Outline;
 use faer::{Mat, MatRef};
 
@@ -13,9 +13,9 @@ const GROWTH: f64 = 0.7;
 
 /// The panels of an outline.
 #[derive(Debug, Clone)]
-pub struct Meshed {
+pub struct PanelMesh {
     /// The panels.
-    pub surface: Surface,
+    pub surface: PanelSurface,
     /// Interpolation from the nodes of the outline to each node of the panels: their places and weights; nothing where
     /// it stands still.
     takes: Vec<Vec<(usize, f64)>>,
@@ -26,7 +26,7 @@ pub struct Meshed {
 /// A place on the outline: edge and parameter, −1 to 1.
 type Place = (usize, f64);
 
-impl Meshed {
+impl PanelMesh {
     /// Panels no longer than `size`, m.
     pub fn new(outline: &Outline, size: f64) -> Self {
         let (mut panels, mut takes) = (Vec::new(), Vec::new());
@@ -45,7 +45,7 @@ impl Meshed {
             }
         }
         debug_assert_eq!(takes.len(), NODES * panels.len());
-        Self { surface: Surface::new(panels), takes, given: outline.nodes.len() }
+        Self { surface: PanelSurface::new(panels), takes, given: outline.nodes.len() }
     }
 
     /// Outward normal velocities at the nodes of the panels, `[nodes, m]`, of (u_r, u_y) at the nodes of the outline,

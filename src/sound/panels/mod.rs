@@ -4,8 +4,8 @@ mod mesh;
 mod panel;
 mod surface;
 
-pub use mesh::Meshed;
+pub use mesh::PanelMesh;
 #[cfg(test)]
 pub use panel::Panel;
-pub use panel::{Integrals, Kernel, Node, Point};
-pub use surface::Surface;
+pub use panel::{Integrals, Kernel, OutlinePoint, PanelNode};
+pub use surface::PanelSurface;

@@ -26,7 +26,7 @@ static OWN: LazyLock<Vec<(f64, f64)>> = LazyLock::new(|| legendre(NODES));
 
 /// A point of the outline of a section: what is swept from it, a ring or a line, is a source of sound.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Point {
+pub struct OutlinePoint {
     /// Its place (r, y), m.
     pub at: [f64; 2],
     /// Outward normal (r, y).
@@ -37,7 +37,7 @@ pub struct Point {
 pub trait Kernel {
     /// [∫ G, ∫ ∂G/∂n′] of what is swept from `source`, of each order, at the point (r, y) `at` (m), with the wave
     /// number `k` (1/m). The point must not be the source.
-    fn integrals(&mut self, source: &Point, at: [f64; 2], k: f64) -> &[[Complex64; 2]];
+    fn integrals(&mut self, source: &OutlinePoint, at: [f64; 2], k: f64) -> &[[Complex64; 2]];
 }
 
 /// A piece of the outline: a parabola (r, y)(t), −1 ≤ t ≤ 1, through three points, m. The body lies to the left of
@@ -50,9 +50,9 @@ pub struct Panel {
 
 /// A node of a panel.
 #[derive(Debug, Clone, Copy)]
-pub struct Node {
+pub struct PanelNode {
     /// Its place.
-    pub point: Point,
+    pub point: OutlinePoint,
     /// Length of the outline that it stands for, m.
     pub length: f64,
 }
@@ -64,22 +64,22 @@ impl Panel {
     }
 
     /// The nodes.
-    pub fn nodes(&self) -> [Node; NODES] {
+    pub fn nodes(&self) -> [PanelNode; NODES] {
         std::array::from_fn(|j| {
             let (point, length) = self.at(OWN[j].0);
-            Node { point, length: OWN[j].1 * length }
+            PanelNode { point, length: OWN[j].1 * length }
         })
     }
 
     /// The point at t, and the length per t, m.
-    fn at(&self, t: f64) -> (Point, f64) {
+    fn at(&self, t: f64) -> (OutlinePoint, f64) {
         let [a, b, c] = self.points;
         let value = [0.5 * t * (t - 1.0), 0.5 * t * (t + 1.0), 1.0 - t * t];
         let slope = [t - 0.5, t + 0.5, -2.0 * t];
         let at = std::array::from_fn(|i| value[0] * a[i] + value[1] * b[i] + value[2] * c[i]);
         let along: [f64; 2] = std::array::from_fn(|i| slope[0] * a[i] + slope[1] * b[i] + slope[2] * c[i]);
         let length = along[0].hypot(along[1]);
-        (Point { at, normal: [along[1] / length, -along[0] / length] }, length)
+        (OutlinePoint { at, normal: [along[1] / length, -along[0] / length] }, length)
     }
 
     /// Length, m.

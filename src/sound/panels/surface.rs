@@ -1,16 +1,16 @@
 //! The surface of a swept body as the air sees it: the outline of its section in panels.
 
-use super::panel::{Integrals, Kernel, Node, Panel, NODES};
+use super::panel::{Integrals, Kernel, Panel, PanelNode, NODES};
 use num_complex::Complex64;
 
 /// The surface of a swept body: its outline in panels, closed, or round an axle from axis to axis.
 #[derive(Debug, Clone)]
-pub struct Surface {
+pub struct PanelSurface {
     panels: Vec<Panel>,
-    nodes: Vec<Node>,
+    nodes: Vec<PanelNode>,
 }
 
-impl Surface {
+impl PanelSurface {
     /// Surface of these panels.
     pub fn new(panels: Vec<Panel>) -> Self {
         let nodes = panels.iter().flat_map(Panel::nodes).collect();
@@ -18,7 +18,7 @@ impl Surface {
     }
 
     /// The nodes, [`NODES`] of each panel after those of the one before.
-    pub fn nodes(&self) -> &[Node] {
+    pub fn nodes(&self) -> &[PanelNode] {
         &self.nodes
     }
 

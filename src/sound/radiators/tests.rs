@@ -18,7 +18,7 @@ fn disc(size: f64, shapes: &[fn(f64, f64) -> f64]) -> Radiators {
             let values: Vec<f64> = shapes.iter().map(|v| v(x, y)).collect();
             let key = [0, (x / size).floor() as i64, (y / size).floor() as i64, 0];
             let flow = values.iter().map(|v| area * v).collect();
-            add(&mut patches, key, Patch { area, moment: [area * x, area * y, 0.0], flow });
+            add(&mut patches, key, RadiatingPatch { area, moment: [area * x, area * y, 0.0], flow });
             for (a, va) in values.iter().enumerate() {
                 for (b, vb) in values.iter().enumerate() {
                     square[(a, b)] += area * va * vb;
@@ -105,7 +105,7 @@ fn the_sine_is_a_sine() {
 
 #[test]
 fn eight_cubes_become_one() {
-    let patch = Patch { area: 1.0, moment: [0.0; 3], flow: vec![] };
+    let patch = RadiatingPatch { area: 1.0, moment: [0.0; 3], flow: vec![] };
     // From -4 to 3: the lattice is the same on either side of 0.
     let key = |n: i64| [0, n % 8 - 4, n / 8 % 8 - 4, n / 64 - 4];
     let all = Radiators::new((0..512).map(|n| (key(n), patch.clone())).collect(), 0.1, Mat::zeros(0, 0));

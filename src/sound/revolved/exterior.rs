@@ -3,7 +3,7 @@
 use super::bessel::bessel;
 use super::ring::Layers;
 use crate::quadrature::legendre;
-use crate::sound::panels::{Integrals, Node, Surface};
+use crate::sound::panels::{Integrals, PanelNode, PanelSurface};
 use crate::sound::Air;
 use crate::{Error, Result};
 use faer::linalg::solvers::{Solve, SolveLstsq};
@@ -36,7 +36,7 @@ fn round(order: usize) -> f64 {
 
 /// The integral operators of a surface at one wave number, for the orders from 0 on.
 pub struct Exterior<'s> {
-    surface: &'s Surface,
+    surface: &'s PanelSurface,
     air: Air,
     /// Frequency, Hz.
     frequency: f64,
@@ -47,7 +47,7 @@ pub struct Exterior<'s> {
 
 /// ∫ v_i v_j dS of normal velocities at the nodes, `[nodes, m]`, of the order `order`: m² times their unit squared,
 /// `[m, m]`.
-pub fn square(surface: &Surface, order: usize, velocity: &Mat<f64>) -> Mat<f64> {
+pub fn square(surface: &PanelSurface, order: usize, velocity: &Mat<f64>) -> Mat<f64> {
     let nodes = surface.nodes();
     let weighted = Mat::from_fn(velocity.nrows(), velocity.ncols(), |i, j| area(&nodes[i]) * velocity[(i, j)]);
     let sum = velocity.transpose() * weighted;
@@ -55,7 +55,7 @@ pub fn square(surface: &Surface, order: usize, velocity: &Mat<f64>) -> Mat<f64> 
 }
 
 /// Area that a node stands for, per radian of the angle, m².
-fn area(node: &Node) -> f64 {
+fn area(node: &PanelNode) -> f64 {
     node.length * node.point.at[0]
 }
 
@@ -66,14 +66,14 @@ impl<'s> Exterior<'s> {
     /// solutions do not vanish inside, as the true one does: it is asked for at points a quarter of a wave length
     /// apart, too, and the equations are solved by least squares (H. A. Schenck, J. Acoust. Soc. Am. 44 (1968)
     /// 41–58). A space that is too narrow for such points is too narrow for a resonance.
-    pub fn new(surface: &'s Surface, air: Air, f: f64, last: usize) -> Self {
+    pub fn new(surface: &'s PanelSurface, air: Air, f: f64, last: usize) -> Self {
         let mut points = surface.inside(0.25 * air.speed / f);
         points.retain(|x| x[0] > 0.0);
         Self::with_points(surface, air, f, last, &points)
     }
 
     /// The same with these points inside the body.
-    fn with_points(surface: &'s Surface, air: Air, f: f64, last: usize, points: &[[f64; 2]]) -> Self {
+    fn with_points(surface: &'s PanelSurface, air: Air, f: f64, last: usize, points: &[[f64; 2]]) -> Self {
         let n = surface.nodes().len();
         let k = air.wave_number(f);
         let mut operators = vec![[0, 1].map(|_| Mat::<Complex64>::zeros(n + points.len(), n)); last + 1];

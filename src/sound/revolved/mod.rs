@@ -13,4 +13,4 @@ mod modes;
 mod ring;
 
 pub use exterior::{square, Exterior};
-pub use modes::Radiators;
+pub use modes::RevolvedRadiators;

@@ -1,7 +1,7 @@
 //! How the modes of a swept body radiate: one exterior problem for each order and frequency.
 
 use super::{square, Exterior};
-use crate::sound::panels::Meshed;
+use crate::sound::panels::PanelMesh;
 use crate::sound::{Air, Bands};
 use crate::swept::OutlineModes;
 use crate::Result;
@@ -17,14 +17,14 @@ const APART: f64 = 0.75;
 
 /// Modes of a swept body in air.
 #[derive(Debug, Clone, Copy)]
-pub struct Radiators<'a> {
+pub struct RevolvedRadiators<'a> {
     modes: &'a OutlineModes,
     air: Air,
     /// Largest radius, m.
     radius: f64,
 }
 
-impl<'a> Radiators<'a> {
+impl<'a> RevolvedRadiators<'a> {
     /// Radiation of these modes.
     pub fn new(modes: &'a OutlineModes, air: Air) -> Self {
         let radius = modes.outline.edges.iter().flat_map(|e| e.points).map(|x| x[0]).fold(0.0, f64::max);
@@ -44,9 +44,9 @@ impl<'a> Radiators<'a> {
         all
     }
 
-    fn meshed(&self, f: f64) -> Meshed {
+    fn meshed(&self, f: f64) -> PanelMesh {
         let size = (PANEL * self.air.speed / f).min(PANEL_OF_RADIUS * self.radius);
-        Meshed::new(&self.modes.outline, size)
+        PanelMesh::new(&self.modes.outline, size)
     }
 
     /// Radiation resistances at the frequencies of `grid` (Hz), N·s/m per kg, `[frequencies × m × m]`: those of part

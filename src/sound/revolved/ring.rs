@@ -8,7 +8,7 @@
 //! of points on half the period, and K/K′ grows with the logarithm of 1/m only: a point close to the ring costs a few
 //! more evaluations than one far away.
 
-use crate::sound::panels::{Kernel, Point};
+use crate::sound::panels::{Kernel, OutlinePoint};
 use num_complex::Complex64;
 use std::f64::consts::PI;
 
@@ -35,7 +35,7 @@ impl Layers {
 
     /// Integrates the kernel over `ring` at the point (r, y) `at` (m), with the wave number `k` (1/m). The point must
     /// not lie on the ring.
-    pub fn integrate(&mut self, ring: &Point, at: [f64; 2], k: f64) {
+    pub fn integrate(&mut self, ring: &OutlinePoint, at: [f64; 2], k: f64) {
         let [dr, dy] = [ring.at[0] - at[0], ring.at[1] - at[1]];
         let across = 4.0 * at[0] * ring.at[0];
         let near = dr.hypot(dy);
@@ -99,7 +99,7 @@ impl Layers {
 }
 
 impl Kernel for Layers {
-    fn integrals(&mut self, source: &Point, at: [f64; 2], k: f64) -> &[[Complex64; 2]] {
+    fn integrals(&mut self, source: &OutlinePoint, at: [f64; 2], k: f64) -> &[[Complex64; 2]] {
         Layers::integrate(self, source, at, k);
         // A radian of the ring is as long as its radius.
         self.of_order.iter_mut().flatten().for_each(|v| *v *= source.at[0]);
@@ -164,7 +164,7 @@ mod tests {
     use super::*;
 
     /// The same integrals by brute force: Gauss's points on intervals that halve towards φ = 0.
-    fn brute(ring: &Point, [r, y]: [f64; 2], k: f64, n: usize) -> [Complex64; 2] {
+    fn brute(ring: &OutlinePoint, [r, y]: [f64; 2], k: f64, n: usize) -> [Complex64; 2] {
         let rule = crate::quadrature::legendre(24);
         let mut sum = [Complex64::default(); 2];
         let mut high = PI;
@@ -198,7 +198,7 @@ mod tests {
         for r in [1e-4, 0.03, 0.3, 0.48] {
             for (dr, dy) in [(1e-7, 2e-7), (1e-4, 0.0), (0.003, -0.004), (-0.02, 0.01), (0.1, 0.15), (0.0, 7.5)] {
                 for k in [0.02, 3.0, 40.0, 130.0] {
-                    let ring = Point { at: [f64::abs(r + dr), dy], normal };
+                    let ring = OutlinePoint { at: [f64::abs(r + dr), dy], normal };
                     layers.integrate(&ring, [r, 0.0], k);
                     for n in [0, 1, 3, 8, 12] {
                         let wanted = brute(&ring, [r, 0.0], k, n);
@@ -221,7 +221,7 @@ mod tests {
     /// On the axis only order 0 is left: G of the distance, times 2π.
     #[test]
     fn the_axis_sees_order_0_only() {
-        let ring = Point { at: [0.3, 0.4], normal: [1.0, 0.0] };
+        let ring = OutlinePoint { at: [0.3, 0.4], normal: [1.0, 0.0] };
         let mut layers = Layers::new(3);
         layers.integrate(&ring, [0.0, 0.0], 5.0);
         let g = Complex64::from_polar(2.0 * PI / (4.0 * PI * 0.5), -2.5);

@@ -209,7 +209,7 @@ pub fn partners(full: &[C], reduced: &[C], wedge: &Wedge, agreement: f64) -> Res
 
 /// Next place to search.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Next {
+pub struct NextShift {
     /// Imaginary part of the shift, rad/s.
     pub height: f64,
     /// Eigenvalues to ask for.
@@ -225,7 +225,14 @@ const BEYOND: usize = 4;
 /// eigenvalues of the reduced model, all of them, conjugates included) to hold no more than `count` eigenvalues, at a
 /// distance from the frequencies `poles` (rad/s) at which the factorisations are singular. `shift` is the shift of a
 /// given imaginary part.
-pub fn next(wedge: &Wedge, from: f64, count: usize, reduced: &[C], poles: &[f64], shift: impl Fn(f64) -> C) -> Next {
+pub fn next(
+    wedge: &Wedge,
+    from: f64,
+    count: usize,
+    reduced: &[C],
+    poles: &[f64],
+    shift: impl Fn(f64) -> C,
+) -> NextShift {
     let expected = |centre: C, radius: f64| reduced.iter().filter(|v| (*v - centre).norm() <= radius).count();
     let left = wedge.height - from;
     let mut best = None;
@@ -239,12 +246,12 @@ pub fn next(wedge: &Wedge, from: f64, count: usize, reduced: &[C], poles: &[f64]
         let centre = shift(height);
         let reach = wedge.reach(centre, from, to);
         let expected = expected(centre, reach) + BEYOND;
-        best = Some(Next { height, count: expected, reach });
+        best = Some(NextShift { height, count: expected, reach });
         if expected <= count {
             break;
         }
     }
-    best.unwrap_or(Next { height: from + 0.5 * left, count, reach: left })
+    best.unwrap_or(NextShift { height: from + 0.5 * left, count, reach: left })
 }
 
 #[cfg(test)]

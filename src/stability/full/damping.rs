@@ -19,14 +19,14 @@ type C = Complex<f64>;
 
 /// Rayleigh damping C = αM + βK.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Damping {
+pub struct RayleighDamping {
     /// α, 1/s.
     pub alpha: f64,
     /// β, s.
     pub beta: f64,
 }
 
-impl Damping {
+impl RayleighDamping {
     /// The shift of imaginary part `height` (rad/s) at which s is real, with that s (1/s²): the eigenvalue that a
     /// mode of a body with this damping would have. `None` where so fast a mode would not oscillate.
     pub fn on_curve(&self, height: f64) -> Option<(C, f64)> {
@@ -61,7 +61,7 @@ pub struct DampedBody {
     /// Index in the list of bodies.
     pub body: usize,
     /// Rayleigh damping.
-    pub damping: Damping,
+    pub damping: RayleighDamping,
     /// Damping coefficients c of the body's free modes, which add to it, 1/s, `[modes]`; empty: none.
     pub modal: Vec<f64>,
     /// Its rotation.
@@ -70,7 +70,7 @@ pub struct DampedBody {
 
 impl DampedBody {
     /// A body with Rayleigh damping.
-    pub fn rayleigh(body: usize, damping: Damping) -> Self {
+    pub fn rayleigh(body: usize, damping: RayleighDamping) -> Self {
         Self { body, damping, ..Self::default() }
     }
 }
@@ -111,7 +111,7 @@ impl ModalTerms {
         let Some(Spin { speed, modal, .. }) = &body.spin else {
             return Ok(Self { loads, rate: diagonal.clone(), stiffness: None, given: None, damping: Some(diagonal) });
         };
-        let Damping { alpha, beta } = body.damping;
+        let RayleighDamping { alpha, beta } = body.damping;
         // All damping acts on the rate of the material.
         let whole = |k: usize| damping[k] + alpha + beta * modes.omega[k] * modes.omega[k];
         let turned = |i: usize, j: usize| speed * whole(i) * modal.derivative[(i, j)];

@@ -30,7 +30,7 @@ use residuals::Residuals;
 use system::System;
 
 pub use coupling::Coupling;
-pub use damping::{DampedBody, Damping, Spin};
+pub use damping::{DampedBody, RayleighDamping, Spin};
 
 type C = Complex<f64>;
 

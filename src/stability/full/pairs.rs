@@ -11,7 +11,7 @@
 use super::residuals::{Judged, Residuals};
 use super::system::System;
 use crate::eigen::projection::Projection;
-use crate::eigen::quadratic::{nearest, Pairs, Quadratic, Wanted, BLOCK};
+use crate::eigen::quadratic::{nearest, Quadratic, QuadraticPairs, QuadraticSettings, BLOCK};
 use crate::eigen::sparse::Method;
 use crate::petsc::pep::{quadratic, QuadraticOptions};
 use crate::petsc::Petsc;
@@ -115,8 +115,8 @@ impl System<'_> {
         match method {
             Method::Blocks => {
                 let start = self.start(BLOCK)?;
-                let Pairs { lambda, vectors, beside, solves, .. } =
-                    nearest(self, &start, &Wanted { target, count, tolerance, loose }, progress)?;
+                let QuadraticPairs { lambda, vectors, beside, solves, .. } =
+                    nearest(self, &start, &QuadraticSettings { target, count, tolerance, loose }, progress)?;
                 Ok(Ritz { lambda, vectors, beside, solves: solves + BLOCK })
             }
             Method::Slepc => {

@@ -1,7 +1,7 @@
 //! One of the two bodies of the full system: its matrices, its damping, its rotation and its contact rows.
 
 use super::columns::Reals;
-use super::damping::{DampedBody, Damping, ModalTerms, Spin};
+use super::damping::{DampedBody, ModalTerms, RayleighDamping, Spin};
 use crate::body::fe::BodyModes;
 use crate::body::{FullSystem, Side};
 use crate::parallel::World;
@@ -42,7 +42,7 @@ pub(super) struct FullBody<'a> {
     pub side: Side,
     pub stiffness: Operator<'a>,
     pub mass: Operator<'a>,
-    pub damping: Damping,
+    pub damping: RayleighDamping,
     /// Damping matrix that the body brings with it, beside `damping`.
     pub own: Option<Operator<'a>>,
     pub modal: Option<ModalTerms>,
@@ -154,7 +154,7 @@ impl<'a> FullBody<'a> {
         (power, turning): (usize, Option<(&Operator<'_>, f64)>),
         u: &Reals,
     ) -> Reals {
-        let Damping { alpha, beta } = self.damping;
+        let RayleighDamping { alpha, beta } = self.damping;
         let mut terms = match power {
             0 => vec![(&self.stiffness, 1.0)],
             1 => vec![(&self.mass, alpha), (&self.stiffness, beta)],
@@ -172,7 +172,7 @@ impl<'a> FullBody<'a> {
 
     /// Collective: its matrices of the powers 0, 1, 2 of λ times motions.
     pub fn images(&self, world: &World, u: &Reals) -> [Reals; 3] {
-        let Damping { alpha, beta } = self.damping;
+        let RayleighDamping { alpha, beta } = self.damping;
         let (mut stiff, mass) = (apply(world, &self.stiffness, u), apply(world, &self.mass, u));
         let mut damped = u.zeros();
         let rayleigh = stiff.values.iter().zip(&mass.values).map(|(k, m)| beta * k + alpha * m);
@@ -220,7 +220,7 @@ impl<'a> FullBody<'a> {
         let form = |matrix: &Operator| {
             world.sum(u.values.iter().zip(&apply(world, matrix, &u).values).map(|(u, p)| u * p).sum())
         };
-        let Damping { alpha, beta } = self.damping;
+        let RayleighDamping { alpha, beta } = self.damping;
         let rayleigh = alpha * form(&self.mass) + beta * form(&self.stiffness);
         let own = self.own.as_ref().map_or(0.0, form);
         rayleigh + own + self.modal.as_ref().map_or(0.0, |d| d.power(world, &u))

@@ -1,14 +1,14 @@
 //! The inverse of the system at a shift.
 //!
 //! The bodies meet in the contact rows alone. With Rayleigh damping λ²M + λC + K = (1 + λβ)(K − sM), s = −(λ² +
-//! λα)/(1 + λβ), and on the curve of the shifts that [`Damping::on_curve`] gives s is real: then one real symmetric
-//! factorisation for each body is all, and what couples the bodies is a small dense problem on their receptances at
-//! the contact rows (Woodbury's identity). What is given in the space of the modes, damping and rotation as far as
-//! they see it, is of low rank and enters in the same way.
+//! λα)/(1 + λβ), and on the curve of the shifts that [`RayleighDamping::on_curve`] gives s is real: then one real
+//! symmetric factorisation for each body is all, and what couples the bodies is a small dense problem on their
+//! receptances at the contact rows (Woodbury's identity). What is given in the space of the modes, damping and rotation
+//! as far as they see it, is of low rank and enters in the same way.
 
 use super::columns::Reals;
 use super::coupling::{CoupledContact, TransposedRows};
-use super::damping::{Damping, ModalCorrection, ModalTerms};
+use super::damping::{ModalCorrection, ModalTerms, RayleighDamping};
 use super::inverse::{Inverse, ShiftedBody};
 use super::part::FullBody;
 use super::system::System;
@@ -137,7 +137,7 @@ impl<'a> System<'a> {
         if let Some(modal) = modal.filter(|_| known.is_none()) {
             loads[m * n..].copy_from_slice(&modal.loads.values);
         }
-        let Damping { alpha, beta } = part.damping;
+        let RayleighDamping { alpha, beta } = part.damping;
         let inverse = match s {
             Some(s) => {
                 let options = FactorOptions::new(Symmetry::Indefinite);

@@ -9,7 +9,7 @@ use crate::stability::rightmost;
 use crate::{Error, Result};
 
 /// The pencil (A − λE) x = 0 in scaled variables x = (q, v, f).
-pub(in crate::stability) struct Pencil {
+pub(in crate::stability) struct ScaledPencil {
     pub a: Mat<f64>,
     pub e: Mat<f64>,
     pub scales: Scales,
@@ -18,7 +18,7 @@ pub(in crate::stability) struct Pencil {
     pub parts: Option<usize>,
 }
 
-/// Units of a [`Pencil`].
+/// Units of a [`ScaledPencil`].
 #[derive(Clone)]
 pub(in crate::stability) struct Scales {
     /// Unit of time is 1/`rate`, rad/s.
@@ -29,14 +29,14 @@ pub(in crate::stability) struct Scales {
     pub rows: Vec<f64>,
 }
 
-/// An eigenvalue of a [`Pencil`] in its own unit, Im λ ≥ 0, with its right vector of Euclidean norm 1.
+/// An eigenvalue of a [`ScaledPencil`] in its own unit, Im λ ≥ 0, with its right vector of Euclidean norm 1.
 pub(in crate::stability) struct Root {
     pub value: Complex<f64>,
     pub vector: Vec<Complex<f64>>,
     pub backward_error: f64,
 }
 
-impl Pencil {
+impl ScaledPencil {
     /// Pencil of two matrices, each scaled.
     pub fn scaled(a: Mat<f64>, e: Mat<f64>) -> Self {
         Self { a, e, scales: Scales { rate: 1.0, force: 1.0, rows: Vec::new() }, parts: None }

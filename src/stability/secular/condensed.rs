@@ -3,7 +3,7 @@
 use super::following::Following;
 use super::modal::real_times;
 use super::C;
-use crate::stability::reduced::{ContactRows, Pencil};
+use crate::stability::reduced::{ContactRows, ScaledPencil};
 use faer::Mat;
 
 /// The contact in what it sees: rows (λ `by_rate` + `at_rest`) (y, f) = 0 and forces on y, `[r, r + nf]`.
@@ -54,7 +54,7 @@ impl Condensed {
     pub(super) fn relaxations(&self, rate: f64, angle: f64) -> Option<Vec<C>> {
         let (r, nf) = (self.seen, self.unknowns());
         let part = |of: &Mat<f64>, f: f64| Mat::from_fn(nf, nf, |i, j| f * of[(i, r + j)]);
-        let pencil = Pencil::scaled(part(&self.rows.at_rest, -1.0), part(&self.rows.by_rate, rate));
+        let pencil = ScaledPencil::scaled(part(&self.rows.at_rest, -1.0), part(&self.rows.by_rate, rate));
         let values = pencil.values().ok()?;
         Some(values.into_iter().map(|v| v * rate).filter(|v| v.im.atan2(v.re) <= angle).collect())
     }

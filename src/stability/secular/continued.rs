@@ -10,7 +10,7 @@
 //! the right half-plane but those that are missing. For the count the contact is interpolated over the frequencies of
 //! all modes.
 
-use super::last::State;
+use super::last::LastSpectrum;
 use super::modal::Sampled;
 use super::{Secular, C, CONTINUED, FAR};
 use crate::contact::LinearContact;
@@ -42,7 +42,7 @@ pub struct KnownSpectrum {
 impl KnownSpectrum {
     /// Spectrum of a `state`, of which the eigenvalues `wanted` are tracked; none where it was not found by what the
     /// contact sees, or none of them is one of its roots.
-    pub fn of_state(state: &State, wanted: &[C]) -> Option<Self> {
+    pub fn of_state(state: &LastSpectrum, wanted: &[C]) -> Option<Self> {
         let last = state.last();
         if last.contact.is_empty() {
             return None;

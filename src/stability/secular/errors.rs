@@ -2,7 +2,7 @@
 //! themselves is a matrix of the rank of the functions that the contact sees, whose amplitudes in the modes are of
 //! norm 1 and at right angles to each other.
 
-use super::modal::{real_times, Modes};
+use super::modal::{real_times, SecularModes};
 use super::{ContactRows, C};
 use crate::model::CoupledModel;
 use faer::Mat;
@@ -33,7 +33,7 @@ pub(super) struct Vectors<'a> {
 
 impl Scaled {
     /// Error bounds of these modes under the `rows` of the contact.
-    pub fn new(modes: &Modes, rows: &ContactRows) -> Self {
+    pub fn new(modes: &SecularModes, rows: &ContactRows) -> Self {
         let (m, r, nf) = (modes.count(), modes.seen, rows.by_rate.nrows());
         let square = |of: &dyn Fn(usize, usize) -> f64, columns: usize, count: usize| {
             (0..columns).map(|j| (0..count).map(|i| of(i, j).powi(2)).sum::<f64>()).sum::<f64>()
@@ -100,7 +100,7 @@ impl Scaled {
     /// The same of the vectors with the amplitudes `q` of the modes of `bodies`, `[m, values]`, whatever made these.
     pub fn whole_errors(
         &self,
-        (modes, bodies): (&Modes, &CoupledModel),
+        (modes, bodies): (&SecularModes, &CoupledModel),
         rows: &ContactRows,
         x: &Vectors<'_>,
         q: &Mat<C>,

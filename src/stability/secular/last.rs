@@ -1,6 +1,6 @@
 //! State between solutions: the last roots, as starts of the next ones.
 
-use super::modal::Modes;
+use super::modal::SecularModes;
 use super::{C, FAR, REAL, STRAIGHT};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -27,7 +27,7 @@ pub(super) struct Last {
 
 /// The next state begins at `values`, which something else has found of the bodies of the last one.
 pub fn begin_at(values: impl Iterator<Item = C>) {
-    if let Some(modes) = Modes::last() {
+    if let Some(modes) = SecularModes::last() {
         let near = |v: &C| v.im > REAL * v.norm() && v.im.atan2(v.re) <= modes.within();
         LAST.set(Last { poles: modes.poles.clone(), roots: values.filter(near).collect(), ..Last::default() });
     }
@@ -35,15 +35,15 @@ pub fn begin_at(values: impl Iterator<Item = C>) {
 
 /// Last state that this rank knows.
 #[derive(Clone, Default)]
-pub struct State {
+pub struct LastSpectrum {
     last: Last,
-    modes: Option<Rc<Modes>>,
+    modes: Option<Rc<SecularModes>>,
 }
 
-impl State {
+impl LastSpectrum {
     /// State that is known now.
     pub fn present() -> Self {
-        Self { last: LAST.with_borrow(Last::clone), modes: Modes::last() }
+        Self { last: LAST.with_borrow(Last::clone), modes: SecularModes::last() }
     }
 
     /// Roots and contact of the last solution.
@@ -52,7 +52,7 @@ impl State {
     }
 
     /// Modal sums of the last solution.
-    pub(super) fn modes(&self) -> Option<&Modes> {
+    pub(super) fn modes(&self) -> Option<&SecularModes> {
         self.modes.as_deref()
     }
 
@@ -60,7 +60,7 @@ impl State {
     /// the last bit.
     pub fn restore(&self) {
         LAST.set(self.last.clone());
-        Modes::know(self.modes.clone());
+        SecularModes::know(self.modes.clone());
     }
 }
 

@@ -91,7 +91,7 @@ thread_local! {
     /// From one state to the next the bodies are mostly the same, ...
     static LAST: RefCell<Vec<Rc<Poles>>> = const { RefCell::new(Vec::new()) };
     /// ... and so is what the contact sees of them.
-    static KNOWN: RefCell<Option<Rc<Modes>>> = const { RefCell::new(None) };
+    static KNOWN: RefCell<Option<Rc<SecularModes>>> = const { RefCell::new(None) };
 }
 
 impl Poles {
@@ -172,7 +172,7 @@ struct Part {
 }
 
 /// The modes of both.
-pub(super) struct Modes {
+pub(super) struct SecularModes {
     parts: Vec<Rc<Part>>,
     modes: usize,
     /// Number r of functions: those of both bodies one after the other, or those that they share.
@@ -222,7 +222,7 @@ impl Given {
     }
 }
 
-impl Modes {
+impl SecularModes {
     /// Modal sums of `bodies` with the functions of which they consist at these contact rows, and the functions there,
     /// `[3n, r]`, with the poles up to the angle `within`; none where the functions are not few, or a mode by itself
     /// does not oscillate. Those of the last state are taken where they serve.

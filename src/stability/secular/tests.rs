@@ -1,7 +1,7 @@
 use super::*;
 use crate::body::half_space::HalfSpace;
 use crate::body::ReducedBody;
-use crate::contact::{Creepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
+use crate::contact::{ContactCreepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
 use crate::friction::{Exponential, FrictionLaw};
 use crate::grid::Interface;
 use crate::model::combined_compliance;
@@ -65,7 +65,7 @@ fn contact(s: &Interface, pair: &CoupledModel, friction: FrictionLaw, lateral: f
         interface: s,
         compliance: w.as_ref().into(),
         friction,
-        kinematics: PatchKinematics::one(10.0, Creepage { lateral, spin: 0.3, ..Creepage::default() }),
+        kinematics: PatchKinematics::one(10.0, ContactCreepage { lateral, spin: 0.3, ..ContactCreepage::default() }),
         loads: NormalLoad::Force(7e4).into(),
         stencil: Stencil::default(),
         tolerance: 1e-10,
@@ -223,8 +223,8 @@ fn modes_are_kept_for_the_same_bodies() {
     let s = interface();
     let pair = bodies(&s);
     let (all, some): (Vec<usize>, Vec<usize>) = ((0..3 * s.len()).collect(), (60..90).collect());
-    let (first, _) = Modes::build(&pair, &all, 1.9).unwrap();
-    let (again, shapes) = Modes::build(&pair, &some, 1.9).unwrap();
+    let (first, _) = SecularModes::build(&pair, &all, 1.9).unwrap();
+    let (again, shapes) = SecularModes::build(&pair, &some, 1.9).unwrap();
     assert!(Rc::ptr_eq(&first, &again));
     let asked = pair.modes.as_ref() * again.seen_by().transpose();
     for (row, j) in (0..3 * s.len()).flat_map(|row| (0..again.seen).map(move |j| (row, j))) {
@@ -234,10 +234,10 @@ fn modes_are_kept_for_the_same_bodies() {
     // A row that moves as none did.
     let mut other = pair.clone();
     other.modes[(70, 3)] += 0.01;
-    assert!(!Rc::ptr_eq(&first, &Modes::build(&other, &some, 1.9).unwrap().0));
+    assert!(!Rc::ptr_eq(&first, &SecularModes::build(&other, &some, 1.9).unwrap().0));
     let mut damped = pair.clone();
     damped.damping = damped.damping.with_diagonal(&[0.1; MODES[0] + MODES[1]]);
-    assert!(!Rc::ptr_eq(&first, &Modes::build(&damped, &some, 1.9).unwrap().0));
+    assert!(!Rc::ptr_eq(&first, &SecularModes::build(&damped, &some, 1.9).unwrap().0));
 }
 
 /// The count detects a missing eigenvalue: where an unlisted one stands in the place of a listed one, each is single.
@@ -334,14 +334,14 @@ fn roots_go_on_to_other_bodies() {
 }
 
 /// A state that others are continued from, and its spectrum with some of the least damped eigenvalues tracked.
-fn begun(s: &Interface, pair: &CoupledModel, tracked: usize) -> (State, KnownSpectrum) {
-    State::default().restore();
+fn begun(s: &Interface, pair: &CoupledModel, tracked: usize) -> (LastSpectrum, KnownSpectrum) {
+    LastSpectrum::default().restore();
     let base = contact(s, pair, FrictionLaw::Constant(0.3), 0.01);
     let mut all = eigenpairs(pair, &base, 0.3, 1e-10).unwrap().unwrap();
     all.retain(|p| p.value.im > 0.0);
     all.sort_by(|a, b| a.damping_ratio().total_cmp(&b.damping_ratio()));
     let wanted: Vec<C> = all.iter().take(tracked).map(|p| p.value).collect();
-    let state = State::present();
+    let state = LastSpectrum::present();
     let known = KnownSpectrum::of_state(&state, &wanted).unwrap();
     assert_eq!(known.tracked(), tracked);
     (state, known)

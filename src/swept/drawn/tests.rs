@@ -1,11 +1,11 @@
 use super::*;
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::swept::modes::of_order;
-use crate::swept::{cylinder, Cylinder, Forms, SectionSource};
+use crate::swept::{cylinder, CylinderSection, Forms, SectionSource};
 use std::f64::consts::TAU;
 use std::rc::Rc;
 
-const STEEL: Material = Material { young: 205e9, poisson: 0.3, density: 7800.0 };
+const STEEL: ElasticMaterial = ElasticMaterial { young: 205e9, poisson: 0.3, density: 7800.0 };
 
 /// A drawing: nodes, faces and curves.
 #[derive(Clone)]
@@ -61,7 +61,7 @@ fn ring(n: usize, triangles: bool, second: bool) -> Drawing {
 }
 
 /// The lowest frequencies of an order of a ring whose bore is clamped, Hz.
-fn frequencies(section: Section, order: usize) -> Vec<f64> {
+fn frequencies(section: CrossSection, order: usize) -> Vec<f64> {
     let forms = Forms::sprung(section, STEEL, &["inner".to_owned()], &[]).expect("forms");
     of_order(&forms, order, TAU * 6000.0).expect("modes").omega.iter().take(3).map(|w| w / TAU).collect()
 }
@@ -69,8 +69,13 @@ fn frequencies(section: Section, order: usize) -> Vec<f64> {
 /// A drawn ring has the modes of the built-in one, whatever elements it is drawn in and wherever it is made finer.
 #[test]
 fn a_drawn_ring_is_the_built_in_one() {
-    let spec =
-        Cylinder { inner_radius: 0.1, outer_radius: 0.5, thickness: 0.1, crown_radius: None, contact_offset: 0.02 };
+    let spec = CylinderSection {
+        inner_radius: 0.1,
+        outer_radius: 0.5,
+        thickness: 0.1,
+        crown_radius: None,
+        contact_offset: 0.02,
+    };
     let wanted = frequencies(SectionSource::Cylinder(spec).for_modes().expect("section"), 2);
     assert_eq!(wanted.len(), 3);
     for (triangles, second) in [(false, false), (false, true), (true, false), (true, true)] {
@@ -115,8 +120,13 @@ fn the_contact_is_made_finer() {
         assert!(section.elements.len() < 3000, "{}", section.elements.len());
     }
     // Against the built-in section made for the same loads: the place of the forces alone is the same.
-    let spec =
-        Cylinder { inner_radius: 0.1, outer_radius: 0.5, thickness: 0.1, crown_radius: None, contact_offset: 0.02 };
+    let spec = CylinderSection {
+        inner_radius: 0.1,
+        outer_radius: 0.5,
+        thickness: 0.1,
+        crown_radius: None,
+        contact_offset: 0.02,
+    };
     let built = cylinder(&spec, Focus { size: 1e-3, reach: 4.5e-3, corner: 3e-3, largest: 0.03 }).expect("section");
     assert!((built.area() - 0.04).abs() < 1e-12);
 }

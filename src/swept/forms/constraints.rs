@@ -11,8 +11,8 @@
 //! The projections Q on these motions act node by node, and those of both kinds commute: stiffness and mass become QKQ
 //! and QMQ, and what is projected out is held by a stiffness of its own, without mass.
 
-use super::super::Section;
-use super::{Block, NodePairs};
+use super::super::CrossSection;
+use super::{NodePairs, NodeStiffness};
 use faer::Mat;
 use std::collections::HashMap;
 
@@ -35,7 +35,7 @@ impl Parity {
     }
 
     /// The projection Q on its motions in the middle plane.
-    fn projection(self) -> Block {
+    fn projection(self) -> NodeStiffness {
         match self {
             Parity::Symmetric => [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0; 3]],
             Parity::Antisymmetric => [[0.0; 3], [0.0; 3], [0.0, 0.0, 1.0]],
@@ -44,7 +44,7 @@ impl Parity {
 }
 
 /// The projection Q on motions of the order n that are regular on the axle.
-fn on_axle(n: usize) -> Block {
+fn on_axle(n: usize) -> NodeStiffness {
     match n {
         0 => [[0.0; 3], [0.0; 3], [0.0, 0.0, 1.0]],
         1 => [[0.5, -0.5, 0.0], [-0.5, 0.5, 0.0], [0.0; 3]],
@@ -53,7 +53,7 @@ fn on_axle(n: usize) -> Block {
 }
 
 /// A B.
-fn times(a: &Block, b: &Block) -> Block {
+fn times(a: &NodeStiffness, b: &NodeStiffness) -> NodeStiffness {
     std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum()))
 }
 
@@ -68,7 +68,7 @@ struct Constraint {
 
 impl Constraint {
     /// The projection Q on its motions of the order n.
-    fn projection(self, n: usize) -> Block {
+    fn projection(self, n: usize) -> NodeStiffness {
         match (self.axle, self.middle) {
             (true, Some(parity)) => times(&on_axle(n), &parity.projection()),
             (true, None) => on_axle(n),
@@ -91,7 +91,7 @@ impl ConstrainedNodes {
     /// The nodes of `section` on the axle, and the nodes `middle` of its middle plane, where motions are symmetric or
     /// antisymmetric; with the numbers `place` of the free nodes, and their pairs.
     pub fn new(
-        section: &Section,
+        section: &CrossSection,
         middle: Option<(&[usize], Parity)>,
         place: &[Option<usize>],
         pairs: &NodePairs,
@@ -114,7 +114,7 @@ impl ConstrainedNodes {
     }
 
     /// Q_a B Q_b of the block of the pair `k`, at the order n.
-    pub fn projected(&self, n: usize, k: usize, block: Block) -> Block {
+    pub fn projected(&self, n: usize, k: usize, block: NodeStiffness) -> NodeStiffness {
         let Some([a, b]) = self.pairs.get(&k).filter(|_| !self.pairs.is_empty()) else { return block };
         let left = a.map_or(block, |a| times(&a.projection(n), &block));
         b.map_or(left, |b| times(&left, &b.projection(n)))
@@ -127,7 +127,7 @@ impl ConstrainedNodes {
 
     /// The block of a node with itself, at the order n: projected, and with what is projected out held by the mean of
     /// its diagonal.
-    pub fn held(&self, n: usize, k: usize, block: Block) -> Block {
+    pub fn held(&self, n: usize, k: usize, block: NodeStiffness) -> NodeStiffness {
         let Some([Some(own), _]) = self.pairs.get(&k) else { return block };
         let q = own.projection(n);
         let stiff = (block[0][0] + block[1][1] + block[2][2]).abs() / 3.0;

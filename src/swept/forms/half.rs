@@ -10,8 +10,8 @@
 //!
 //! Blocks between a node of one half and one of the other are 0, as each element lies in one half.
 
-use super::{number, scaled, Block, Factor, Forms, Parity, Path};
-use crate::swept::{Mirror, Section};
+use super::{number, scaled, Forms, NodeStiffness, Parity, Path, SkylineFactor};
+use crate::swept::{CrossSection, Mirror};
 use crate::Result;
 use std::collections::HashMap;
 
@@ -19,20 +19,20 @@ use std::collections::HashMap;
 const SAME: f64 = 1e-9;
 
 /// D B D of a block.
-fn mirrored(block: &Block) -> Block {
+fn mirrored(block: &NodeStiffness) -> NodeStiffness {
     std::array::from_fn(|c| std::array::from_fn(|d| if (c == 2) == (d == 2) { block[c][d] } else { -block[c][d] }))
 }
 
-fn transposed(block: &Block) -> Block {
+fn transposed(block: &NodeStiffness) -> NodeStiffness {
     std::array::from_fn(|c| std::array::from_fn(|d| block[d][c]))
 }
 
 /// Largest difference of the entries of two blocks.
-fn apart(a: &Block, b: &Block) -> f64 {
+fn apart(a: &NodeStiffness, b: &NodeStiffness) -> f64 {
     a.as_flattened().iter().zip(b.as_flattened()).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max)
 }
 
-fn trace(block: &Block) -> f64 {
+fn trace(block: &NodeStiffness) -> f64 {
     (0..3).map(|c| block[c][c].abs()).sum()
 }
 
@@ -52,7 +52,7 @@ impl Forms {
         if 2 * of_half.len() != all.elements.len() || !of_half.iter().all(|e| inside(&e.nodes)) {
             return None;
         }
-        let section = Section {
+        let section = CrossSection {
             nodes: all.nodes.clone(),
             elements: of_half,
             groups: all.groups.clone(),
@@ -80,7 +80,7 @@ impl Forms {
     }
 
     /// K_n − σM of a half section, factorised for both parities: of the `other` one all but the last rows are the same.
-    pub fn factor_both(&self, other: &Self, n: usize, sigma: f64) -> Result<[Factor; 2]> {
+    pub fn factor_both(&self, other: &Self, n: usize, sigma: f64) -> Result<[SkylineFactor; 2]> {
         let own = self.factor(n, sigma)?;
         let same = self.envelope == other.envelope && self.place == other.place;
         let like = match self.constraints.first_in_middle().filter(|_| same) {
@@ -113,11 +113,11 @@ impl Forms {
             let Some((image, turned)) = self.between(mirror.image(nodes[a]), mirror.image(nodes[b])) else {
                 return false;
             };
-            let seen = |block: &Block| mirrored(&if turned { transposed(block) } else { *block });
+            let seen = |block: &NodeStiffness| mirrored(&if turned { transposed(block) } else { *block });
             let size = |k: usize| trace(&self.stiffness[0][k]) + trace(&self.stiffness[2][k]);
             let stiff = SAME * (size(aa) * size(bb)).sqrt();
             let heavy = SAME * (self.mass[aa] * self.mass[bb]).sqrt();
-            let of = |all: &HashMap<usize, Block>, k: usize| all.get(&k).copied().unwrap_or_default();
+            let of = |all: &HashMap<usize, NodeStiffness>, k: usize| all.get(&k).copied().unwrap_or_default();
             self.stiffness.iter().all(|of| apart(&of[k], &seen(&of[image])) <= stiff)
                 && (self.mass[k] - self.mass[image]).abs() <= heavy
                 && bearings.iter().all(|all| apart(&of(all, k), &seen(&of(all, image))) <= stiff)

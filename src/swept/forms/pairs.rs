@@ -1,7 +1,7 @@
 //! NodePairs of coupled nodes, and the numbers of the free ones.
 
 use crate::swept::numbering::reverse_cuthill_mckee;
-use crate::swept::Section;
+use crate::swept::CrossSection;
 use std::collections::BTreeSet;
 
 /// NodePairs (a, b ≤ a) of free nodes that share an element, by rows.
@@ -30,7 +30,7 @@ impl NodePairs {
 /// Numbers of the free nodes of a section, and the pairs of them that share an element or are among `links`. The nodes
 /// of `last` have the highest numbers.
 pub(super) fn number(
-    section: &Section,
+    section: &CrossSection,
     free: &[bool],
     links: &[[usize; 2]],
     last: &[usize],

@@ -1,6 +1,6 @@
 //! Products of the matrices of a section with columns of amplitudes.
 
-use super::{Block, Forms};
+use super::{Forms, NodeStiffness};
 use faer::{Mat, MatRef};
 
 /// Columns that go through the pairs of nodes together: each block is made once for all of them.
@@ -68,7 +68,7 @@ impl Forms {
     }
 
     /// A x of a symmetric matrix given by its blocks at the pairs.
-    pub(super) fn product(&self, x: MatRef<'_, f64>, block: impl Fn(usize) -> Block) -> Mat<f64> {
+    pub(super) fn product(&self, x: MatRef<'_, f64>, block: impl Fn(usize) -> NodeStiffness) -> Mat<f64> {
         by_columns(x, |x, y| {
             for (a, b, k) in self.pairs.iter() {
                 let block = block(k);

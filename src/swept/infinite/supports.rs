@@ -1,22 +1,22 @@
 //! Pads and ballast of a rail without ends on the motions of its section, each by its stiffness.
 
-use super::super::track::{Layer, Sleeper, Track};
-use super::{Forms, Infinite, Section};
+use super::super::track::{RailTrack, SleeperLayer, TrackLayer};
+use super::{CrossSection, Forms, Infinite};
 use crate::Result;
 use faer::{Mat, MatRef};
 
 /// Directions of a layer: vertical, longitudinal, lateral.
 const DIRECTIONS: usize = 3;
 /// A layer without springs and dashpots.
-const NONE: Layer = Layer { stiffness: [0.0; DIRECTIONS], viscosity: [0.0; DIRECTIONS] };
+const NONE: TrackLayer = TrackLayer { stiffness: [0.0; DIRECTIONS], viscosity: [0.0; DIRECTIONS] };
 
 /// Derivative of a rail on its track by a parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TrackSlope {
     /// Derivative of the pad, N/m² and N·s/m².
-    pub pad: Layer,
+    pub pad: TrackLayer,
     /// Derivative of the ballast; that of a track without sleepers is not looked at.
-    pub ballast: Layer,
+    pub ballast: TrackLayer,
     /// Derivative of the loss factor of the rail.
     pub loss: f64,
 }
@@ -36,18 +36,18 @@ impl UnitLayers {
     /// The layers of `track` under `section`, turned by `angle`, rad, against the upright one, on the motions `basis`,
     /// `[order, q]`.
     pub fn new(
-        section: &Section,
+        section: &CrossSection,
         forms: &Forms,
-        (track, angle): (&Track, f64),
+        (track, angle): (&RailTrack, f64),
         basis: MatRef<'_, f64>,
     ) -> Result<Self> {
         let unit = |layer: usize, direction: usize| -> Result<Mat<f64>> {
             let stiff = |k: usize| {
                 let stiffness = std::array::from_fn(|d| if (k, d) == (layer, direction) { 1.0 } else { 0.0 });
-                Layer { stiffness, ..NONE }
+                TrackLayer { stiffness, ..NONE }
             };
-            let sleeper = track.sleeper.map(|s| Sleeper { mass: s.mass, ballast: stiff(1) });
-            let added = Track { pad: stiff(0), sleeper }.added(&mut section.clone(), angle)?;
+            let sleeper = track.sleeper.map(|s| SleeperLayer { mass: s.mass, ballast: stiff(1) });
+            let added = RailTrack { pad: stiff(0), sleeper }.added(&mut section.clone(), angle)?;
             let mut image = Mat::<f64>::zeros(basis.nrows(), basis.ncols());
             for (a, b, springs) in &added.blocks {
                 let (Some(a), Some(b)) = (forms.amplitude(*a), forms.amplitude(*b)) else { continue };
@@ -80,7 +80,7 @@ impl Infinite {
     /// The same rail with the loss factor `loss` on another track of as many layers, with sleepers of the same mass; on
     /// the motions of the section that were made for the track before, which are good for one that is not very
     /// different.
-    pub fn on_track(&self, track: &Track, loss: f64) -> Self {
+    pub fn on_track(&self, track: &RailTrack, loss: f64) -> Self {
         let layers = [track.pad, track.sleeper.map_or(NONE, |s| s.ballast)];
         let q = self.loads.nrows();
         Self {
@@ -95,34 +95,34 @@ impl Infinite {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::fem::Material;
+    use crate::fem::ElasticMaterial;
     use crate::rails::R60E1;
     use crate::swept::infinite::InfiniteRailSpec;
     use crate::swept::track_decay::{decay_rate, log_slope, POSITIONS};
-    use crate::swept::{BuiltRail, Patch};
+    use crate::swept::{BuiltRail, LoadCircle};
     use num_complex::Complex64;
     use std::f64::consts::PI;
 
     const MASS: f64 = 60.2;
 
-    fn track(pad: [f64; 2], loss: f64, ballast: [f64; 2]) -> Track {
-        let layer = |[v, l]: [f64; 2], loss, mass| Layer::with_loss([v, l, l], loss, mass);
-        Track {
+    fn track(pad: [f64; 2], loss: f64, ballast: [f64; 2]) -> RailTrack {
+        let layer = |[v, l]: [f64; 2], loss, mass| TrackLayer::with_loss([v, l, l], loss, mass);
+        RailTrack {
             pad: layer(pad, loss, MASS),
-            sleeper: Some(Sleeper { mass: 250.0, ballast: layer(ballast, 1.0, 250.0) }),
+            sleeper: Some(SleeperLayer { mass: 250.0, ballast: layer(ballast, 1.0, 250.0) }),
         }
     }
 
-    fn rail(track: Track, loss: f64) -> Infinite {
+    fn rail(track: RailTrack, loss: f64) -> Infinite {
         let section = BuiltRail::new(&R60E1, 0.0).unwrap();
         let making = InfiniteRailSpec {
             section: section.for_modes().unwrap(),
-            material: Material { young: 210e9, poisson: 0.3, density: 7860.0 },
+            material: ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 },
             track: Some(track),
             angle: 0.1,
             tilt: -0.1,
             loss,
-            patch: Patch { radius: 5e-3 },
+            patch: LoadCircle { radius: 5e-3 },
         };
         Infinite::new(&making, 2.0 * PI * 1500.0).unwrap()
     }
@@ -157,7 +157,7 @@ mod tests {
     fn slopes_are_those_of_differences() {
         let base = track([2e8, 7e7], 0.2, [1e8, 8e7]);
         let made = rail(base, 0.02);
-        let only = |stiffness, viscosity| Layer { stiffness, viscosity };
+        let only = |stiffness, viscosity| TrackLayer { stiffness, viscosity };
         let slopes = [
             TrackSlope { pad: only([2e8, 0.0, 0.0], [1e4, 0.0, 0.0]), ..TrackSlope::default() },
             TrackSlope { pad: only([0.0, 7e7, 7e7], [0.0, 2e3, 2e3]), ..TrackSlope::default() },
@@ -165,12 +165,12 @@ mod tests {
             TrackSlope { loss: 0.02, ..TrackSlope::default() },
         ];
         let changed = |slope: &TrackSlope, h: f64| {
-            let plus = |a: Layer, b: Layer| Layer {
+            let plus = |a: TrackLayer, b: TrackLayer| TrackLayer {
                 stiffness: std::array::from_fn(|d| a.stiffness[d] + h * b.stiffness[d]),
                 viscosity: std::array::from_fn(|d| a.viscosity[d] + h * b.viscosity[d]),
             };
-            let sleeper = base.sleeper.map(|s| Sleeper { ballast: plus(s.ballast, slope.ballast), ..s });
-            made.on_track(&Track { pad: plus(base.pad, slope.pad), sleeper }, made.loss + h * slope.loss)
+            let sleeper = base.sleeper.map(|s| SleeperLayer { ballast: plus(s.ballast, slope.ballast), ..s });
+            made.on_track(&RailTrack { pad: plus(base.pad, slope.pad), sleeper }, made.loss + h * slope.loss)
         };
         let positions: Vec<f64> = POSITIONS.iter().map(|bay| (0.6 * bay).max(0.04)).collect();
         // Laterally at 500 Hz the effect of the ballast is so small that what the waves lack is 2 % of it.

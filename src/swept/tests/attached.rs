@@ -5,7 +5,7 @@ use super::*;
 use num_complex::Complex;
 
 /// Steel that hardly yields, so that sections move as a whole.
-const RIGID: Material = Material { young: 205e9 * 3e4, ..STEEL };
+const RIGID: ElasticMaterial = ElasticMaterial { young: 205e9 * 3e4, ..STEEL };
 
 /// Absorbers that move along one direction at the angular frequency `omega`, rad/s.
 fn absorber(along: usize, mass: f64, omega: f64, loss: f64) -> Attachment {
@@ -20,13 +20,13 @@ fn absorber(along: usize, mass: f64, omega: f64, loss: f64) -> Attachment {
     }
 }
 
-fn ring_section() -> Section {
+fn ring_section() -> CrossSection {
     cylinder(&annulus(None, 0.0), even(0.02, 0.05)).unwrap()
 }
 
 /// A ring of stiff `material` on springs along its axle with the angular frequency `omega`, rad/s, that carries
 /// `attachments`; and its mass, kg.
-fn on_springs(material: Material, omega: f64, attachments: &[Attachment]) -> (Forms, f64) {
+fn on_springs(material: ElasticMaterial, omega: f64, attachments: &[Attachment]) -> (Forms, f64) {
     let section = ring_section();
     let [mass, ..] = section.inertia(material);
     // Across the axle it is held far more stiffly.
@@ -130,7 +130,7 @@ fn absorbers_have_den_hartogs_fixed_points_and_the_best_damping() {
 fn an_absorber_of_no_mass_changes_nothing_and_a_rigid_one_adds_its_mass() {
     let omega = 2.0 * PI * 100.0;
     // Less stiff than in the other tests, as the rounding of rigid springs goes with their stiffness.
-    let stiff = Material { young: 1e3 * STEEL.young, ..STEEL };
+    let stiff = ElasticMaterial { young: 1e3 * STEEL.young, ..STEEL };
     let (bare, mass) = on_springs(stiff, omega, &[]);
     let first = |forms: &Forms| of_order(forms, 0, 1.5 * omega).unwrap().omega[0];
     assert!((first(&bare) / omega - 1.0).abs() < 1e-4);

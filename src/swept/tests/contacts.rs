@@ -3,16 +3,17 @@
 use super::super::modes::contact_functions;
 use super::*;
 
-const CIRCLE: Patch = Patch { radius: 5e-3 };
+const CIRCLE: LoadCircle = LoadCircle { radius: 5e-3 };
 
 /// A wide ring of steel, held at its bore: at the scale of some centimetres a half-space and a smooth rest.
 fn wide(contact_offset: f64) -> SectionSource {
-    let ring = Cylinder { inner_radius: 0.1, outer_radius: 0.5, thickness: 0.5, crown_radius: None, contact_offset };
+    let ring =
+        CylinderSection { inner_radius: 0.1, outer_radius: 0.5, thickness: 0.5, crown_radius: None, contact_offset };
     SectionSource::Cylinder(ring)
 }
 
 /// A of contacts on `given` at places y of the section, m, and angles about the axle, rad.
-fn between(given: &SectionSource, contacts: &[(f64, f64)], patches: &[Patch], every: bool) -> Mat<f64> {
+fn between(given: &SectionSource, contacts: &[(f64, f64)], patches: &[LoadCircle], every: bool) -> Mat<f64> {
     let places: Vec<RunningPlace> =
         contacts.iter().map(|&(y, _)| RunningPlace { y, height: None, opposite: false }).collect();
     let radii: Vec<f64> = patches.iter().map(|patch| patch.radius).collect();
@@ -152,7 +153,7 @@ fn contacts_on_a_large_body_are_those_of_a_half_space() {
 fn blocks_of_orders_keep_what_oscillates() {
     let given = SectionSource::Cylinder(annulus(None, -0.02));
     let contacts = [(-0.02, 0.0), (0.02, 0.0), (-0.02, 0.12), (0.0, 0.5 * PI)];
-    let patches = vec![Patch { radius: 0.010 }; contacts.len()];
+    let patches = vec![LoadCircle { radius: 0.010 }; contacts.len()];
     let [blocks, each] = [false, true].map(|every| between(&given, &contacts, &patches, every));
     let mut worst = [0.0_f64; 2];
     for c in 0..contacts.len() {
@@ -277,13 +278,13 @@ fn near_contacts_are_off_by_so_much() {
 /// touched.
 #[test]
 fn tread_and_flange_of_a_wheel_do_the_same_to_each_other() {
-    let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+    let steel = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
     let given = SectionSource::Wheel(Wheel { height: Some(0.0), ..Wheel::w920s(0.0) });
     let flange = RunningPlace { y: 0.0385, height: Some(0.012), opposite: false };
     let both = |given: &SectionSource, there: RunningPlace| {
         let forms = clamped(given.for_loads_at(&[there], &[4e-3, 3e-3]).unwrap(), steel);
         let contacts = [given.contact(), given.contact_at(there)];
-        let patches = vec![Patch { radius: 4e-3 }, Patch { radius: 3e-3 }];
+        let patches = vec![LoadCircle { radius: 4e-3 }, LoadCircle { radius: 3e-3 }];
         whole_of(&Constant::of_contacts(&forms, &[patches], &contacts).unwrap()).swap_remove(0)
     };
     let one = both(&given, flange);
@@ -294,7 +295,7 @@ fn tread_and_flange_of_a_wheel_do_the_same_to_each_other() {
             steel,
         );
         let contacts = [given.contact(), given.contact_at(RunningPlace { y: 0.0, height: Some(0.0), opposite: false })];
-        let patches = vec![Patch { radius: 3e-3 }, Patch { radius: 4e-3 }];
+        let patches = vec![LoadCircle { radius: 3e-3 }, LoadCircle { radius: 4e-3 }];
         whole_of(&Constant::of_contacts(&forms, &[patches], &contacts).unwrap()).swap_remove(0)
     };
     // From the other end, on another mesh.
@@ -316,7 +317,7 @@ fn tread_and_flange_of_a_wheel_do_the_same_to_each_other() {
 /// (1 + EIk²/GAκ)/(EIk⁴ + EIsk²/GAκ + s). What moves along it is odd about the load.
 #[test]
 fn a_load_ahead_on_a_rail_bends_it_as_a_beam() {
-    let (period, patch) = (14.0, Patch { radius: 8e-3 });
+    let (period, patch) = (14.0, LoadCircle { radius: 8e-3 });
     let rail = BuiltRail::new(&R60E1, 0.0).unwrap();
     let focus = Focus { size: 5e-3, reach: 0.01, corner: 0.02, largest: 0.02 };
     let pads = straight::pads();

@@ -12,7 +12,7 @@ type C64 = Complex<f64>;
 const BAYS: usize = 48;
 const SPACING: f64 = 0.6;
 const PERIOD: f64 = 28.8;
-const PATCH: Patch = Patch { radius: 5e-3 };
+const PATCH: LoadCircle = LoadCircle { radius: 5e-3 };
 
 /// Displacement at the distance x, m/N, of the infinite beam without anything below it (as [`Beam::infinite`]).
 fn free(beam: &Beam, omega: f64, x: f64) -> C64 {
@@ -62,7 +62,7 @@ struct Even {
 }
 
 /// Rail on even pads of the length `period`, m, with its modes up to `limit`, Hz.
-fn even(track: &Track, period: f64, limit: f64) -> Even {
+fn even(track: &RailTrack, period: f64, limit: f64) -> Even {
     let rail = BuiltRail::new(&R60E1, 0.0).unwrap();
     let radius = period / (2.0 * PI);
     let forms = Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, period, Some(track), 0.0).unwrap();
@@ -76,8 +76,8 @@ fn even(track: &Track, period: f64, limit: f64) -> Even {
     for (i, w) in waves.iter().enumerate() {
         list.extend((0..w.omega.len()).flat_map(|k| (0..ContactModeData::families(w.order)).map(move |f| (i, k, f))));
     }
-    let ends = Some(Ends { period, length: 5.0, damping: 6000.0, along: 0.0 });
-    let damping = waves::damping(&forms, &waves, &list, &waves::Damping { loss: 0.02, ends });
+    let ends = Some(AbsorbingEnds { period, length: 5.0, damping: 6000.0, along: 0.0 });
+    let damping = waves::damping(&forms, &waves, &list, &waves::RailDamping { loss: 0.02, ends });
     let focus = Focus { size: 2.5e-3, reach: 7.5e-3, corner: 0.015, largest: 0.015 };
     let loaded = Forms::along(rail.section(focus).unwrap(), RAIL_STEEL, period, Some(track), 0.0).unwrap();
     let constant = Constant::new(&loaded, &[PATCH], radius).unwrap();
@@ -114,11 +114,11 @@ impl Even {
 }
 
 /// Sleepers of 300 kg on 120 MN/m, spread evenly.
-fn sleepers() -> Sleeper {
-    Sleeper { mass: 500.0, ballast: Layer::with_loss([200e6, 66.7e6, 66.7e6], 0.2, 500.0) }
+fn sleepers() -> SleeperLayer {
+    SleeperLayer { mass: 500.0, ballast: TrackLayer::with_loss([200e6, 66.7e6, 66.7e6], 0.2, 500.0) }
 }
 
-fn bays(position: f64, length: f64, sleeper: Option<Sleeper>) -> DiscreteSupports {
+fn bays(position: f64, length: f64, sleeper: Option<SleeperLayer>) -> DiscreteSupports {
     DiscreteSupports { count: BAYS, spacing: SPACING, length, position, pad: pads().pad, sleeper }
 }
 
@@ -130,7 +130,7 @@ fn a_rail_on_pads_that_stand_apart_is_pinned() {
     let even = even(&pads(), PERIOD, 3500.0);
     let beam = beam_60e1(RAIL_STEEL, false, 0.02);
     let frequencies = [150.0, 500.0, 800.0, 1200.0, 1075.0];
-    let wanted = |f: f64, position: f64, track: &Track| {
+    let wanted = |f: f64, position: f64, track: &RailTrack| {
         let w = 2.0 * PI * f;
         on_supports(&beam, w, SPACING * track.stiffness(w, 0), (SPACING, 0.15, position))
     };
@@ -149,7 +149,7 @@ fn a_rail_on_pads_that_stand_apart_is_pinned() {
     }
     assert!(pinned[1] > 4.0 * pinned[0], "{pinned:?}");
     // Sleepers that stand apart: their own resonances are below.
-    let track = Track { sleeper: Some(sleepers()), ..pads() };
+    let track = RailTrack { sleeper: Some(sleepers()), ..pads() };
     let low = [100.0, 150.0, 200.0];
     for position in [0.0, 0.3] {
         for (&f, found) in low.iter().zip(even.on(&bays(position, 0.15, Some(sleepers())), &low)) {
@@ -181,7 +181,7 @@ fn pads_that_meet_are_even() {
 /// order, however short its waves: the list of orders ends all the same.
 #[test]
 fn the_rail_on_sleepers_responds_as_a_beam() {
-    let track = Track { sleeper: Some(sleepers()), ..pads() };
+    let track = RailTrack { sleeper: Some(sleepers()), ..pads() };
     let even = even(&track, 14.0, 3500.0);
     let beam = beam_60e1(RAIL_STEEL, false, 0.02);
     for f in [100.0, 150.0, 300.0, 700.0, 1500.0] {

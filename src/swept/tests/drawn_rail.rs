@@ -17,14 +17,14 @@ fn drawing() -> Drawn {
     Drawn::new(Path::Line(1.0), section.nodes, &faces, &curves, "running").unwrap()
 }
 
-fn at(y: f64) -> Rail {
-    Rail::Drawn(DrawnRail::new(Rc::new(drawing()), "pads", y).unwrap())
+fn at(y: f64) -> PlacedRailSection {
+    PlacedRailSection::Drawn(DrawnRail::new(Rc::new(drawing()), "pads", y).unwrap())
 }
 
 /// Place, angle, surface, modes and beam of the drawing are those of the rail it was drawn from.
 #[test]
 fn a_drawn_rail_is_the_built_in_one() {
-    let (built, drawn) = (Rail::Built(BuiltRail::new(&R60E1, 0.005).unwrap()), at(0.005));
+    let (built, drawn) = (PlacedRailSection::Built(BuiltRail::new(&R60E1, 0.005).unwrap()), at(0.005));
     let (HeadPoint { z, angle, .. }, there) = (built.contact(), drawn.contact());
     // Edges of second order are parabolas of the arc.
     assert!((z - 0.172 - there.z).abs() < 1e-6 && (angle - there.angle).abs() < 2e-4, "{angle} {there:?}");
@@ -32,7 +32,7 @@ fn a_drawn_rail_is_the_built_in_one() {
         assert!((built.height(y) - drawn.height(y)).abs() < 3e-6, "{y}: {} {}", built.height(y), drawn.height(y));
     }
     assert!(drawn.height(0.2) < -0.5);
-    let waves = |section: Section| {
+    let waves = |section: CrossSection| {
         let forms = Forms::along(section, RAIL_STEEL, 12.0, Some(&pads()), angle).unwrap();
         of_order(&forms, 5, 2.0 * PI * 2000.0).unwrap().omega
     };
@@ -55,20 +55,21 @@ fn a_drawn_rail_is_the_built_in_one() {
 /// Compliance of the contact, with the drawing made finer there.
 #[test]
 fn the_contact_on_a_drawn_rail_yields_as_on_the_built_in_one() {
-    let patch = Patch { radius: 5e-3 };
+    let patch = LoadCircle { radius: 5e-3 };
     let period = 14.0;
-    let yields = |rail: &Rail| {
+    let yields = |rail: &PlacedRailSection| {
         let section = rail.for_loads(patch.radius).unwrap();
         let forms = Forms::along(section, RAIL_STEEL, period, Some(&pads()), rail.contact().angle).unwrap();
         let constant = Constant::new(&forms, &[patch], period / (2.0 * PI)).unwrap();
         own(&constant)[0]
     };
-    let [built, drawn] = [Rail::Built(BuiltRail::new(&R60E1, 0.005).unwrap()), at(0.005)].map(|rail| yields(&rail));
+    let [built, drawn] =
+        [PlacedRailSection::Built(BuiltRail::new(&R60E1, 0.005).unwrap()), at(0.005)].map(|rail| yields(&rail));
     for (i, j) in [(0, 0), (1, 1), (2, 2), (1, 2)] {
         assert!((built[i][j] / drawn[i][j] - 1.0).abs() < 0.005, "{i}{j}: {:e} {:e}", built[i][j], drawn[i][j]);
     }
     // From the other side.
-    let mirrored = Rail::Drawn(DrawnRail::new(Rc::new(drawing().mirrored()), "pads", -0.005).unwrap());
+    let mirrored = PlacedRailSection::Drawn(DrawnRail::new(Rc::new(drawing().mirrored()), "pads", -0.005).unwrap());
     let other = yields(&mirrored);
     assert!((other[1][2] / drawn[1][2] + 1.0).abs() < 1e-6 && (other[2][2] / drawn[2][2] - 1.0).abs() < 1e-6);
 }

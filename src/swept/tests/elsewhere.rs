@@ -21,7 +21,7 @@ fn waves_of_a_rail_serve_wherever_it_is_touched() {
     let angle = there.contact().angle - here.contact().angle;
     assert!(angle < -0.04 && forms.is_elsewhere(&other, angle) && other.is_elsewhere(&forms, -angle));
     assert!(!forms.is_elsewhere(&other, -angle) && !forms.is_elsewhere(&other, angle + 1e-9));
-    let patch = Patch { radius: 5e-3 };
+    let patch = LoadCircle { radius: 5e-3 };
     for n in [0, 1, 7, 30] {
         let limit = 2.0 * PI * 2500.0;
         let turned = RailMode::new(&forms, of_order(&forms, n, limit).unwrap(), &[]).turned(angle);
@@ -44,14 +44,14 @@ fn waves_of_a_rail_serve_wherever_it_is_touched() {
 /// cylinder has a line at the contact.
 #[test]
 fn meshes_that_move_are_told_from_those_that_change() {
-    let steel = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+    let steel = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
     let wheel = |offset: f64, mirrored: bool| {
         let section = SectionSource::Wheel(Wheel { mirrored, ..Wheel::w920s(offset) }).for_modes().unwrap();
         clamped(section, steel)
     };
     assert!(wheel(0.004, true).is_elsewhere(&wheel(-0.011, true), 0.0));
     assert!(!wheel(0.004, true).is_elsewhere(&wheel(0.004, false), 0.0));
-    let lighter = Material { density: 7800.0, ..steel };
+    let lighter = ElasticMaterial { density: 7800.0, ..steel };
     let section = SectionSource::Wheel(Wheel { mirrored: true, ..Wheel::w920s(0.0) }).for_modes().unwrap();
     assert!(!wheel(0.004, true).is_elsewhere(&clamped(section, lighter), 0.0));
     let ring = |offset: f64| clamped(cylinder(&annulus(None, offset), COARSE).unwrap(), STEEL);

@@ -1,10 +1,10 @@
 //! Contact of a wheel along its profile, from the tread over the flange root to the face of the flange.
 
-use super::super::modes::{contact_functions, Modes};
+use super::super::modes::{contact_functions, FourierModes};
 use super::*;
 
-const RAIL_WHEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
-const PATCH: Patch = Patch { radius: 4e-3 };
+const RAIL_WHEEL: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
+const PATCH: LoadCircle = LoadCircle { radius: 4e-3 };
 
 /// Height of S1002 (EN 13715) above the running circle at y, both mm, y to the field side.
 fn s1002(y: f64) -> f64 {
@@ -67,7 +67,7 @@ fn compliance(place: [f64; 3], mirrored: bool) -> Square {
 
 /// The lowest mode of two nodal diameters at the contact, in the frame of the profile, with the sign of its motion
 /// along y on the tread.
-fn motion(place: [f64; 3], mirrored: bool, modes: &Modes, forms: &Forms) -> [f64; LOADS] {
+fn motion(place: [f64; 3], mirrored: bool, modes: &FourierModes, forms: &Forms) -> [f64; LOADS] {
     let mut moved = forms.clone();
     moved.section = wheel(place, mirrored).for_modes().unwrap();
     let contact = wheel(place, mirrored).contact();
@@ -76,7 +76,7 @@ fn motion(place: [f64; 3], mirrored: bool, modes: &Modes, forms: &Forms) -> [f64
     turned(std::array::from_fn(|c| seen[(c, 0)]), turn(place, mirrored))
 }
 
-fn lowest(mirrored: bool) -> (Modes, Forms) {
+fn lowest(mirrored: bool) -> (FourierModes, Forms) {
     let forms = clamped(wheel(on_profile(0.0), mirrored).for_modes().unwrap(), RAIL_WHEEL);
     let modes = of_order(&forms, 2, 2.0 * PI * 500.0).unwrap();
     assert!(!modes.omega.is_empty());

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const STEEL_OF_WHEELS: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+const STEEL_OF_WHEELS: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
 
 /// The wheelset on bearings at these y from its middle, with these stiffnesses along x, y and z, N/m.
 fn wheelset(mirrored: bool, bearings: [(f64, [f64; 3]); 2]) -> (Forms, Mirror) {
@@ -62,7 +62,7 @@ fn bodies_that_are_no_mirror_images_have_no_half_sections() {
     assert!(!halves([(-1.0, soft), (0.0, soft)]));
     let (forms, mirror) = wheelset(false, [(-1.0, soft), (1.0, soft)]);
     let mut section = forms.section.clone();
-    let held = |section: Section| Forms::new(section, STEEL_OF_WHEELS, &[SEATS.into()]).unwrap();
+    let held = |section: CrossSection| Forms::new(section, STEEL_OF_WHEELS, &[SEATS.into()]).unwrap();
     assert!(HalfSections::new(&held(section.clone()), &mirror).is_some());
     let nodes = section.nodes.clone();
     section.groups.get_mut(SEATS).unwrap().retain(|&k| nodes[k][1] < 0.75);

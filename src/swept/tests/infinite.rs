@@ -26,7 +26,7 @@ fn receptance(rail: &Infinite, c: usize, omega: f64, spans: &[(f64, usize)]) -> 
     sum
 }
 
-fn making(track: Track, loss: f64) -> InfiniteRailSpec {
+fn making(track: RailTrack, loss: f64) -> InfiniteRailSpec {
     let section = BuiltRail::new(&R60E1, 0.015).unwrap();
     InfiniteRailSpec {
         section: section.for_modes().unwrap(),
@@ -35,16 +35,16 @@ fn making(track: Track, loss: f64) -> InfiniteRailSpec {
         angle: section.contact().angle,
         tilt: 0.0,
         loss,
-        patch: Patch { radius: 4e-3 },
+        patch: LoadCircle { radius: 4e-3 },
     }
 }
 
 /// Without damping the motions are those of the whole section at any wavenumber, also between those that are taken.
 #[test]
 fn a_few_motions_of_the_section_are_enough() {
-    let pad = Layer { stiffness: [5e8, 7e7, 7e7], viscosity: [0.0; 3] };
-    let ballast = Layer { stiffness: [1.7e8, 1.2e8, 1.2e8], viscosity: [0.0; 3] };
-    let making = making(Track { pad, sleeper: Some(Sleeper { mass: 250.0, ballast }) }, 0.0);
+    let pad = TrackLayer { stiffness: [5e8, 7e7, 7e7], viscosity: [0.0; 3] };
+    let ballast = TrackLayer { stiffness: [1.7e8, 1.2e8, 1.2e8], viscosity: [0.0; 3] };
+    let making = making(RailTrack { pad, sleeper: Some(SleeperLayer { mass: 250.0, ballast }) }, 0.0);
     let rail = Infinite::new(&making, 2.0 * PI * 6000.0).unwrap();
     let q = rail.loads().nrows();
     assert!(q < 260, "{q} motions");
@@ -80,9 +80,9 @@ fn a_few_motions_of_the_section_are_enough() {
 /// track, vertically; within what a solid section is stiffer or softer than a beam.
 #[test]
 fn its_receptance_is_that_of_an_infinite_beam() {
-    let pad = Layer::with_loss([5e8, 7e7, 7e7], 0.25, 60.2);
-    let ballast = Layer::with_loss([1.7e8, 1.2e8, 1.2e8], 1.0, 250.0);
-    let track = Track { pad, sleeper: Some(Sleeper { mass: 250.0, ballast }) };
+    let pad = TrackLayer::with_loss([5e8, 7e7, 7e7], 0.25, 60.2);
+    let ballast = TrackLayer::with_loss([1.7e8, 1.2e8, 1.2e8], 1.0, 250.0);
+    let track = RailTrack { pad, sleeper: Some(SleeperLayer { mass: 250.0, ballast }) };
     let section = BuiltRail::new(&R60E1, 0.0).unwrap();
     let making = InfiniteRailSpec { section: section.for_modes().unwrap(), angle: 0.0, ..making(track, 0.02) };
     let rail = Infinite::new(&making, 2.0 * PI * 2000.0).unwrap();
@@ -99,9 +99,9 @@ fn its_receptance_is_that_of_an_infinite_beam() {
 /// The sum over the waves is the integral over the wavenumbers, in both directions, from beside the force on.
 #[test]
 fn waves_sum_up_to_the_integral() {
-    let pad = Layer::with_loss([5e8, 7e7, 7e7], 0.25, 60.2);
-    let ballast = Layer::with_loss([1.7e8, 1.2e8, 1.2e8], 1.0, 250.0);
-    let track = Track { pad, sleeper: Some(Sleeper { mass: 250.0, ballast }) };
+    let pad = TrackLayer::with_loss([5e8, 7e7, 7e7], 0.25, 60.2);
+    let ballast = TrackLayer::with_loss([1.7e8, 1.2e8, 1.2e8], 1.0, 250.0);
+    let track = RailTrack { pad, sleeper: Some(SleeperLayer { mass: 250.0, ballast }) };
     let section = BuiltRail::new(&R60E1, 0.0).unwrap();
     let making = InfiniteRailSpec { section: section.for_modes().unwrap(), angle: 0.0, ..making(track, 0.02) };
     let rail = Infinite::new(&making, 2.0 * PI * 1200.0).unwrap();
@@ -132,7 +132,7 @@ fn waves_sum_up_to_the_integral() {
             }
         }
     }
-    let undamped = Track { pad: Layer { stiffness: [5e8, 7e7, 7e7], viscosity: [0.0; 3] }, sleeper: None };
+    let undamped = RailTrack { pad: TrackLayer { stiffness: [5e8, 7e7, 7e7], viscosity: [0.0; 3] }, sleeper: None };
     let rail = Infinite::new(&InfiniteRailSpec { loss: 0.0, track: Some(undamped), ..making }, 2.0 * PI * 500.0);
     assert_eq!(rail.unwrap().along(2.0 * PI * 300.0, &[2], &at).unwrap_err().exit_code(), 2);
 }
@@ -141,8 +141,8 @@ fn waves_sum_up_to_the_integral() {
 /// standard.
 #[test]
 fn its_decay_rate_is_that_of_an_infinite_beam() {
-    let pad = Layer::with_loss([2e8, 7e7, 7e7], 0.2, 60.2);
-    let track = Track { pad, sleeper: None };
+    let pad = TrackLayer::with_loss([2e8, 7e7, 7e7], 0.2, 60.2);
+    let track = RailTrack { pad, sleeper: None };
     let section = BuiltRail::new(&R60E1, 0.0).unwrap();
     let making = InfiniteRailSpec { section: section.for_modes().unwrap(), angle: 0.0, ..making(track, 0.02) };
     let rail = Infinite::new(&making, 2.0 * PI * 1600.0).unwrap();
@@ -167,11 +167,11 @@ fn dashpots_end_a_rail_along_itself() {
     let section = BuiltRail::new(&R60E1, 0.0).unwrap();
     let making = InfiniteRailSpec { section: section.for_modes().unwrap(), angle: 0.0, ..making(track, 0.02) };
     let rail = Infinite::new(&making, 2.0 * PI * 1500.0).unwrap();
-    let (period, patch) = (14.0, Patch { radius: 5e-3 });
+    let (period, patch) = (14.0, LoadCircle { radius: 5e-3 });
     // Dashpots at a section move by short waves as well: with modes up to 2500 Hz 14 % are missing at 800 Hz.
     let few = straight::OnPads::new(period, 6000.0, patch);
     let a = straight::at_contact(0.0, &[patch.radius], 2.0, period, None)[0];
-    let ends = |along: f64| Ends { period, length: 5.0, damping: 6000.0, along };
+    let ends = |along: f64| AbsorbingEnds { period, length: 5.0, damping: 6000.0, along };
     let speed = beam_60e1(RAIL_STEEL, false, 0.0).speed();
     let frequencies = [300.0, 344.0, 500.0, 800.0, 1000.0, 1400.0];
     let wanted = frequencies.map(|f| receptance(&rail, 0, 2.0 * PI * f, &[(1.5, 1500), (30.0, 2000)]));
@@ -192,13 +192,13 @@ fn dashpots_end_a_rail_along_itself() {
 /// (docs/data/track_decay_rolland.py).
 #[test]
 fn its_decay_rates_are_those_of_rolland() {
-    let pad = Layer::with_loss([2e8, 4e8 / 6.0, 4e8 / 6.0], 0.2, 60.2);
+    let pad = TrackLayer::with_loss([2e8, 4e8 / 6.0, 4e8 / 6.0], 0.2, 60.2);
     let section = BuiltRail::new(&R60E1, 0.0).unwrap();
     let making = InfiniteRailSpec {
         section: section.for_modes().unwrap(),
         angle: 0.0,
-        patch: Patch { radius: 5e-3 },
-        ..making(Track { pad, sleeper: None }, 0.0)
+        patch: LoadCircle { radius: 5e-3 },
+        ..making(RailTrack { pad, sleeper: None }, 0.0)
     };
     let rail = Infinite::new(&making, 2.0 * PI * 2400.0).unwrap();
     let positions = POSITIONS.map(|bay| 0.6 * bay);

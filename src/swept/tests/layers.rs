@@ -2,16 +2,16 @@
 
 use super::*;
 
-const RUBBER: Material = Material { young: 5e6, poisson: 0.45, density: 10.0 };
+const RUBBER: ElasticMaterial = ElasticMaterial { young: 5e6, poisson: 0.45, density: 10.0 };
 const LOSS: f64 = 0.15;
 
 /// The annulus with a layer of `material` between the radii `from` and `to`, m, which lie on lines of its mesh.
-fn layered(from: f64, to: f64, material: Material) -> Section {
+fn layered(from: f64, to: f64, material: ElasticMaterial) -> CrossSection {
     let breaks = [0.1, from, 0.5 * (from + to), to, 0.5];
     let focus = even(0.01, 0.02);
     let r = focus.lines(&breaks, &[0.5], &[]);
     let y = focus.lines(&[-0.05, 0.05], &[0.0], &[]);
-    let lines = super::super::builtin::Lines { r: &r, y: &y };
+    let lines = super::super::builtin::SectionLines { r: &r, y: &y };
     let mut section = lines.section(|_, _| true, |at| at, |radius, _| radius == 0.5);
     section.layers.push(SectionLayer { name: "rubber".into(), material, loss: LOSS });
     for element in &mut section.elements {
@@ -31,7 +31,7 @@ fn a_tyre_on_rubber_turns_on_its_ring() {
     let modes = of_order(&forms, 0, 2.0 * PI * 100.0).unwrap();
     let seen = ContactModeData::new(&forms, &modes, &[], None);
     let torsion = (0..seen.omega.len()).find(|&k| seen.shares[k][1] > 0.99).expect("torsion");
-    let ring = |a: f64, b: f64, of: Material| 4.0 * PI * of.shear() * 0.1 / (1.0 / (a * a) - 1.0 / (b * b));
+    let ring = |a: f64, b: f64, of: ElasticMaterial| 4.0 * PI * of.shear() * 0.1 / (1.0 / (a * a) - 1.0 / (b * b));
     let (rubber, centre) = (ring(a, b, RUBBER), ring(0.1, a, STEEL));
     let stiffness = 1.0 / (1.0 / rubber + 1.0 / centre);
     let moment = |from: f64, to: f64| 0.5 * PI * 0.1 * (f64::powi(to, 4) - f64::powi(from, 4));
@@ -79,7 +79,7 @@ fn a_section_all_of_one_layer_is_of_its_material() {
     let mut plain = whole.clone();
     plain.layers.clear();
     plain.elements.iter_mut().for_each(|e| e.layer = 0);
-    let bronze = Material { young: 100e9, poisson: 0.35, density: 8800.0 };
+    let bronze = ElasticMaterial { young: 100e9, poisson: 0.35, density: 8800.0 };
     let forms = [clamped(whole, bronze), clamped(plain, STEEL)];
     for n in [0, 2] {
         let [a, b] = [&forms[0], &forms[1]].map(|forms| {

@@ -59,7 +59,7 @@ fn the_rails_are_meshed_wherever_they_are_touched() {
 fn beams_shear_as_their_outlines_do() {
     for rail in [&R49E1, &R54E1, &R54E3, &R60E2, &R115RE] {
         let said = rail.published;
-        let built = super::super::Rail::Built(BuiltRail::new(rail, 0.02).unwrap());
+        let built = super::super::PlacedRailSection::Built(BuiltRail::new(rail, 0.02).unwrap());
         for (lateral, shears) in [(false, 0.37..0.44), (true, 0.80..0.96)] {
             let beam = built.beam(RAIL_STEEL, lateral, 0.0).unwrap();
             assert_eq!([beam.area, beam.inertia], [said.area, said.inertia[usize::from(lateral)]]);

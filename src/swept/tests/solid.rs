@@ -1,7 +1,7 @@
 //! Solid bodies, which reach the axle: rods and discs against closed forms and published figures.
 
 use super::*;
-use crate::swept::builtin::Lines;
+use crate::swept::builtin::SectionLines;
 
 /// Equal parts from `a` to `b`.
 fn parts(a: f64, b: f64, count: usize) -> Vec<f64> {
@@ -9,9 +9,9 @@ fn parts(a: f64, b: f64, count: usize) -> Vec<f64> {
 }
 
 /// A solid cylinder of the radius `r` between y = 0 and `length`, m.
-fn solid(r: f64, length: f64, [across, along]: [usize; 2]) -> Section {
+fn solid(r: f64, length: f64, [across, along]: [usize; 2]) -> CrossSection {
     let lines = [parts(0.0, r, across), parts(0.0, length, along)];
-    let section = Lines { r: &lines[0], y: &lines[1] }.section(|_, _| true, |x| x, |_, _| true);
+    let section = SectionLines { r: &lines[0], y: &lines[1] }.section(|_, _| true, |x| x, |_, _| true);
     section.check(Path::Axle).unwrap();
     section
 }

@@ -6,12 +6,12 @@ use faer::linalg::solvers::Solve;
 use num_complex::Complex;
 
 /// The material of section 5 of the rail's figures: E = 210 GPa, G = 80.77 GPa, ρ = 7860 kg/m³.
-pub(super) const RAIL_STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+pub(super) const RAIL_STEEL: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
 
 /// A square bar of the side `side`, m, of `cells` elements each way, about its middle.
-fn bar(side: f64, cells: usize) -> Section {
+fn bar(side: f64, cells: usize) -> CrossSection {
     let line: Vec<f64> = (0..=cells).map(|k| side * (k as f64 / cells as f64 - 0.5)).collect();
-    let lines = builtin::Lines { r: &line, y: &line };
+    let lines = builtin::SectionLines { r: &line, y: &line };
     lines.section(|_, _| true, |at| at, |_, _| true)
 }
 
@@ -105,8 +105,8 @@ fn a_contact_beside_the_head_is_refused() {
 }
 
 /// The tracks of the tests: pads of 120 MN/m and 40 MN/m every 0.6 m, loss factor 0.2.
-pub(super) fn pads() -> Track {
-    Track { pad: Layer::with_loss([200e6, 66.7e6, 66.7e6], 0.2, 60.2), sleeper: None }
+pub(super) fn pads() -> RailTrack {
+    RailTrack { pad: TrackLayer::with_loss([200e6, 66.7e6, 66.7e6], 0.2, 60.2), sleeper: None }
 }
 
 /// Receptance at the contact, (x, y, n), m/N, from modes and A.
@@ -143,7 +143,7 @@ pub(super) fn at_contact(y: f64, radii: &[f64], parts: f64, period: f64, singles
     let focus = Focus { size: radii[0] / parts, reach: 1.5 * radii[0], corner: 0.03 / parts, largest: 0.03 / parts };
     let section = rail.section(focus).unwrap();
     let forms = Forms::along(section, RAIL_STEEL, period, Some(&pads()), rail.contact().angle).unwrap();
-    let patches: Vec<Patch> = radii.iter().map(|&radius| Patch { radius }).collect();
+    let patches: Vec<LoadCircle> = radii.iter().map(|&radius| LoadCircle { radius }).collect();
     let mut constant = Constant::new(&forms, &patches, period / (2.0 * PI)).unwrap();
     if let Some(singles) = singles {
         let usual: Vec<_> = constant.blocks.iter().copied().filter(|b| b.0 - b.1 / 2 > singles).collect();
@@ -206,7 +206,7 @@ pub(super) struct OnPads {
 }
 
 impl OnPads {
-    pub(super) fn new(period: f64, limit: f64, patch: Patch) -> Self {
+    pub(super) fn new(period: f64, limit: f64, patch: LoadCircle) -> Self {
         let radius = period / (2.0 * PI);
         let rail = BuiltRail::new(&R60E1, 0.0).unwrap();
         let forms = Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, period, Some(&pads()), 0.0).unwrap();
@@ -224,8 +224,8 @@ impl OnPads {
     }
 
     /// ΦᵀCΦ with the loss factor 0.02.
-    pub(super) fn damped(&self, ends: Option<Ends>) -> Mat<f64> {
-        waves::damping(&self.forms, &self.waves, &self.list, &waves::Damping { loss: 0.02, ends })
+    pub(super) fn damped(&self, ends: Option<AbsorbingEnds>) -> Mat<f64> {
+        waves::damping(&self.forms, &self.waves, &self.list, &waves::RailDamping { loss: 0.02, ends })
     }
 }
 
@@ -233,13 +233,13 @@ impl OnPads {
 /// modes to 6.5 kHz; here to 3.5 kHz.
 #[test]
 fn the_rail_on_pads_responds_as_a_beam() {
-    let (period, patch) = (14.0, Patch { radius: 5e-3 });
+    let (period, patch) = (14.0, LoadCircle { radius: 5e-3 });
     let rail = OnPads::new(period, 3500.0, patch);
     let OnPads { waves, list, .. } = &rail;
     let numbers: Vec<f64> = waves.iter().rev().flat_map(RailMode::to_numbers).collect();
     assert_eq!(&RailMode::from_numbers(&numbers).unwrap(), waves);
     assert!(RailMode::from_numbers(&numbers[1..]).is_err());
-    let ends = Ends { period, length: 5.0, damping: 6000.0, along: 0.0 };
+    let ends = AbsorbingEnds { period, length: 5.0, damping: 6000.0, along: 0.0 };
     let (plain, whole) = (rail.damped(None), rail.damped(Some(ends)));
     // Damping takes energy from every motion.
     assert!((&whole - whole.transpose()).norm_max() < 1e-9 * whole.norm_max());

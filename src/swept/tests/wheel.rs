@@ -3,15 +3,15 @@
 use super::*;
 use std::rc::Rc;
 
-const STEEL_OF_WHEELS: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+const STEEL_OF_WHEELS: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
 
 fn curved() -> WheelShape {
     WheelShape { web: [0.022, -0.005, 0.030], hub: [-0.060, 0.110], bore_group: "bore", ..WheelShape::w920s() }
 }
 
 /// Triangles of a section with the numbers of their layers: quadrilaterals become two.
-fn triangles(section: &Section) -> Vec<(Vec<usize>, usize)> {
-    let of = |e: &Element| -> Vec<(Vec<usize>, usize)> {
+fn triangles(section: &CrossSection) -> Vec<(Vec<usize>, usize)> {
+    let of = |e: &SectionElement| -> Vec<(Vec<usize>, usize)> {
         let halves = [[0, 1, 2, 4, 5, 8], [0, 2, 3, 8, 6, 7]];
         match e.kind {
             SectionCell::Tri6 => vec![(e.nodes.clone(), e.layer)],
@@ -71,7 +71,7 @@ fn frequencies_of_a_wheel_by_dimensions_are_those_of_its_drawing() {
 /// of rubber as a physical surface.
 #[test]
 fn a_resilient_wheel_is_its_drawing() {
-    let material = Material { young: 20e6, poisson: 0.45, density: 1150.0 };
+    let material = ElasticMaterial { young: 20e6, poisson: 0.45, density: 1150.0 };
     let layer = SectionLayer { name: "rubber".into(), material, loss: 0.12 };
     let shape = WheelShape {
         radii: [0.075, 0.11, 0.22, 0.33, 0.358],
@@ -123,7 +123,7 @@ fn a_resilient_wheel_is_its_drawing() {
 }
 
 /// The mesh of W920S on its own lines, with all dimensions written out.
-fn w920s_by_hand(offset: f64, places: &[[f64; 2]], focus: Focus) -> Section {
+fn w920s_by_hand(offset: f64, places: &[[f64; 2]], focus: Focus) -> CrossSection {
     let radii: Vec<f64> = places.iter().map(|x| x[0]).collect();
     let across: Vec<f64> = places.iter().map(|x| x[1] - offset).collect();
     let r = focus.lines(&[0.095, 0.135, 0.390, 0.460, 0.488], &radii, &[0.135, 0.390]);
@@ -139,7 +139,7 @@ fn w920s_by_hand(offset: f64, places: &[[f64; 2]], focus: Focus) -> Section {
         low < y + offset && y + offset < high
     };
     let face = |r: f64, y: f64| r > 0.460 && y == breaks[4];
-    let lines = super::super::builtin::Lines { r: &r, y: &y };
+    let lines = super::super::builtin::SectionLines { r: &r, y: &y };
     let mut section = lines.section_with_face(inside, |at| at, |r, _| r == 0.460, face);
     section.groups.retain(|name, _| name == "inner");
     section
@@ -185,7 +185,7 @@ fn inertia_is_that_of_rings() {
         ([0.390, 0.460], [-0.065, 0.070], 7860.0),
         ([0.460, 0.488], [0.040, 0.070], 7860.0),
     ];
-    let rubber = Material { young: 20e6, poisson: 0.45, density: 1150.0 };
+    let rubber = ElasticMaterial { young: 20e6, poisson: 0.45, density: 1150.0 };
     let layer = SectionLayer { name: "layer".into(), material: rubber, loss: 0.1 };
     let resilient = WheelShape { layer: Some((layer, [0.400, 0.416])), ..WheelShape::w920s() };
     for (k, shape) in [WheelShape::w920s(), resilient].into_iter().enumerate() {

@@ -2,7 +2,7 @@
 
 use super::*;
 
-const STEEL_OF_WHEELS: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+const STEEL_OF_WHEELS: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
 
 fn wheelset(mirrored: bool) -> SectionSource {
     let shape = WheelShape::w920s_wheelset();
@@ -18,7 +18,7 @@ fn suspended(given: &SectionSource, stiffness: [f64; 3]) -> Forms {
 }
 
 /// Modes of the order n up to `limit`, Hz, with their parity.
-fn modes(given: &SectionSource, forms: &Forms, n: usize, limit: f64) -> (modes::Modes, Vec<f64>) {
+fn modes(given: &SectionSource, forms: &Forms, n: usize, limit: f64) -> (modes::FourierModes, Vec<f64>) {
     let mirror = Mirror::new(&forms.section, given.middle().unwrap()).unwrap();
     let mut modes = of_order(forms, n, 2.0 * PI * limit).unwrap();
     let parity = mirror.separate(forms, &mut modes);
@@ -142,7 +142,7 @@ fn statics_of_a_body_that_turns_freely_leave_the_torsion_out() {
 }
 
 /// Γ⁻¹BΓ⁻¹ of contacts on the treads of both wheels, in the frame of the one that carries y = 0.
-fn both_treads(given: &SectionSource, patch: Patch) -> (Mat<f64>, Vec<SectionContact>) {
+fn both_treads(given: &SectionSource, patch: LoadCircle) -> (Mat<f64>, Vec<SectionContact>) {
     let there = RunningPlace { y: 0.0, height: None, opposite: true };
     let section = given.for_loads_at(&[there], &[patch.radius; 2]).unwrap();
     assert!(Mirror::new(&section, given.middle().unwrap()).is_some(), "the meshes of both wheels differ");
@@ -161,7 +161,7 @@ fn both_treads(given: &SectionSource, patch: Patch) -> (Mat<f64>, Vec<SectionCon
 /// of the whole wheelset on its springs and bending of its axle, and the modes have all of it but for 0.5 pm/N.
 #[test]
 fn both_wheels_act_on_each_other_by_the_modes_alone() {
-    let patch = Patch { radius: 6e-3 };
+    let patch = LoadCircle { radius: 6e-3 };
     let given = wheelset(false);
     let (all, contacts) = both_treads(&given, patch);
     let forms = suspended(&given, [1e6; 3]);
@@ -196,7 +196,7 @@ fn both_wheels_act_on_each_other_by_the_modes_alone() {
 #[test]
 fn a_flange_contact_loads_one_wheel() {
     let shape = WheelShape::w920s_wheelset();
-    let (patch, [y, height]) = (Patch { radius: 4e-3 }, [0.0385, 0.014]);
+    let (patch, [y, height]) = (LoadCircle { radius: 4e-3 }, [0.0385, 0.014]);
     for mirrored in [false, true] {
         let given = SectionSource::Wheel(Wheel { shape: shape.clone(), offset: y, height: Some(height), mirrored });
         let middle = given.middle().unwrap();
@@ -223,7 +223,7 @@ fn a_flange_contact_loads_one_wheel() {
 /// The right-hand wheelset is the mirror image of the left-hand one.
 #[test]
 fn left_and_right_are_mirror_images() {
-    let patch = Patch { radius: 6e-3 };
+    let patch = LoadCircle { radius: 6e-3 };
     let of = |mirrored: bool, n: usize| {
         let given = wheelset(mirrored);
         let forms = suspended(&given, [1e6, 2e6, 1e6]);

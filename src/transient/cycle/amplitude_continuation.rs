@@ -16,7 +16,7 @@ pub(super) struct GrowthSample {
 
 /// Next action.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) enum Next {
+pub(super) enum NextAmplitude {
     /// The amplitude is to be multiplied by this.
     Scale(f64),
     /// It goes by itself.
@@ -77,9 +77,9 @@ impl Trail {
     }
 
     /// Takes what was seen.
-    pub(super) fn next(&mut self, now: GrowthSample) -> Next {
+    pub(super) fn next(&mut self, now: GrowthSample) -> NextAmplitude {
         if let Some(back) = self.came_back(now) {
-            return Next::Near(back);
+            return NextAmplitude::Near(back);
         }
         let slope = self.slope(now);
         self.seen.push(now);
@@ -92,7 +92,7 @@ impl Trail {
             Some(slope) if slope < 0.0 => {
                 let way = -now.rate / slope;
                 if way.abs() <= NEAR {
-                    return Next::Near(-slope);
+                    return NextAmplitude::Near(-slope);
                 }
                 way
             }
@@ -106,16 +106,16 @@ impl Trail {
         self.turns += usize::from(way * self.sign < 0.0);
         self.sign = way.signum();
         if self.turns >= TURNS {
-            return Next::Near(f64::NAN);
+            return NextAmplitude::Near(f64::NAN);
         }
         if way < 0.0 && !now.linear {
             // A step down could lead beyond a cycle and the threshold below it, which lie close to each other near a
             // fold.
             self.way = 0.0;
-            return Next::Wait;
+            return NextAmplitude::Wait;
         }
         self.way = way;
-        Next::Scale(self.way.exp())
+        NextAmplitude::Scale(self.way.exp())
     }
 }
 
@@ -128,9 +128,9 @@ mod tests {
         let mut trail = Trail::new(0.05);
         for look in 1..1000 {
             match trail.next(GrowthSample { level, rate: g(level), linear: linear(level) }) {
-                Next::Near(back) => return Some((level, back, look)),
-                Next::Scale(f) => level += f.ln(),
-                Next::Wait => {}
+                NextAmplitude::Near(back) => return Some((level, back, look)),
+                NextAmplitude::Scale(f) => level += f.ln(),
+                NextAmplitude::Wait => {}
             }
             (0..50).for_each(|_| level += 1e-3 * g(level));
             if level < -20.0 {
@@ -158,12 +158,12 @@ mod tests {
     fn a_cycle_that_sticks_is_one() {
         let mut trail = Trail::new(0.05);
         let seen = GrowthSample { level: 0.3, rate: 1e-5, linear: false };
-        assert!(matches!(trail.next(seen), Next::Scale(f) if f > 1.05));
-        assert!(matches!(trail.next(GrowthSample { level: 0.3002, ..seen }), Next::Near(back) if back > 60.0));
+        assert!(matches!(trail.next(seen), NextAmplitude::Scale(f) if f > 1.05));
+        assert!(matches!(trail.next(GrowthSample { level: 0.3002, ..seen }), NextAmplitude::Near(back) if back > 60.0));
         // What only looks as if it did not change, as nothing was changed, is not.
         let mut still = Trail::new(0.05);
         still.seen.push(seen);
-        assert!(matches!(still.next(seen), Next::Scale(_)));
+        assert!(matches!(still.next(seen), NextAmplitude::Scale(_)));
     }
 
     /// A stable rest, an unstable cycle at a = 1 and a stable one at a = 2: each start ends on its own side.

@@ -19,9 +19,9 @@ pub use periodicity::{Record, Returns};
 
 use super::stepper::{State, Stepper};
 use crate::Result;
-use amplitude_continuation::{GrowthSample, Next, Trail};
+use amplitude_continuation::{GrowthSample, NextAmplitude, Trail};
 use faer::Mat;
-use section::{Measures, Section};
+use section::{PoincareSection, SectionMeasures};
 use settling::{Alone, SettlingState, LOOKS};
 
 /// Periods of a window over which amplitudes are averaged.
@@ -35,7 +35,7 @@ const GOLDEN: f64 = 0.618_033_988_749_894_8;
 
 /// Settings of the search.
 #[derive(Debug, Clone)]
-pub struct Settings {
+pub struct CycleSettings {
     /// The time step of the stepper, s.
     pub step: f64,
     /// Period of the motion to begin with, s.
@@ -94,7 +94,7 @@ impl CycleOutcome {
 
 /// A motion that was followed to its end.
 #[derive(Debug, Clone)]
-pub struct Followed {
+pub struct FollowedMotion {
     /// Outcome of the motion.
     pub fate: CycleOutcome,
     /// How it repeats itself, and what it is made of; none of what rests.
@@ -108,11 +108,11 @@ pub struct Followed {
 }
 
 /// Follows the motion of `stepper` about the state `rest`.
-pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> Result<Followed> {
+pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &CycleSettings) -> Result<FollowedMotion> {
     let omega = stepper.omega().to_vec();
     let first = stepper.state().step;
     let along = vec![0.0; omega.len()];
-    let section = Section::default();
+    let section = PoincareSection::default();
     let mut walk = Walk { stepper, rest, settings, omega, along, step: settings.step, first, section };
     let mut trail = walk.trail();
     let mut alone: Option<Alone> = None;
@@ -129,7 +129,7 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> R
         };
         let small = seen.linear && settings.stable || seen.level < settings.floor.ln();
         if seen.rate < 0.0 && small {
-            return Ok(Followed {
+            return Ok(FollowedMotion {
                 fate: CycleOutcome::Rest,
                 motion: None,
                 back,
@@ -139,11 +139,11 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> R
         }
         let Some(own) = &mut alone else {
             match trail.next(seen) {
-                Next::Scale(factor) => walk.scale(factor)?,
-                Next::Wait => {}
-                Next::Near(rate) => {
+                NextAmplitude::Scale(factor) => walk.scale(factor)?,
+                NextAmplitude::Wait => {}
+                NextAmplitude::Near(rate) => {
                     (alone, back) = (Some(Alone::default()), rate);
-                    walk.section = Section::default();
+                    walk.section = PoincareSection::default();
                 }
             }
             continue;
@@ -158,7 +158,7 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> R
                 let settled = (level.ln() - seen.level).abs() <= settings.settled;
                 if settled && returns.crossings > 0 {
                     let (motion, state) = (Some((returns, record)), walk.stepper.state().clone());
-                    return Ok(Followed { fate: CycleOutcome::Cycle, motion, back, time: walk.time(), state });
+                    return Ok(FollowedMotion { fate: CycleOutcome::Cycle, motion, back, time: walk.time(), state });
                 }
                 // What was brought in on the way may have to decay.
                 stays = settled && own.keeps_its_spread();
@@ -171,14 +171,14 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &Settings) -> R
     let period = if returns.period > 0.0 { returns.period } else { settings.period };
     let (record, _) = walk.record(period)?;
     let state = walk.stepper.state().clone();
-    Ok(Followed { fate, motion: Some((returns, record)), back, time: walk.time(), state })
+    Ok(FollowedMotion { fate, motion: Some((returns, record)), back, time: walk.time(), state })
 }
 
 /// The motion on its way.
 struct Walk<'w, 'a, 's> {
     stepper: &'w mut Stepper<'a>,
     rest: &'s State,
-    settings: &'s Settings,
+    settings: &'s CycleSettings,
     /// rad/s, `[m]`.
     omega: Vec<f64>,
     /// The direction of the motion in the modal velocities, of length 1, `[m]`.
@@ -187,7 +187,7 @@ struct Walk<'w, 'a, 's> {
     step: f64,
     /// Number of the first step.
     first: u64,
-    section: Section,
+    section: PoincareSection,
 }
 
 impl Walk<'_, '_, '_> {
@@ -200,7 +200,7 @@ impl Walk<'_, '_, '_> {
         self.section.before(state.step, [&state.q, &state.v]);
         self.stepper.advance()?;
         let state = self.stepper.state();
-        let measures = Measures { along: &self.along, omega: &self.omega, step: self.step };
+        let measures = SectionMeasures { along: &self.along, omega: &self.omega, step: self.step };
         self.section.after([&state.q, &state.v], measures);
         Ok(())
     }

@@ -1,7 +1,7 @@
 //! Periodicity of a motion and its harmonics.
 
 use super::section::LONGEST;
-use super::{Settings, Walk};
+use super::{CycleSettings, Walk};
 use crate::Result;
 use faer::Mat;
 use num_complex::Complex;
@@ -146,7 +146,7 @@ impl Walk<'_, '_, '_> {
     }
 }
 
-impl Settings {
+impl CycleSettings {
     /// Steps within which so many crossings are to come.
     fn crossing_limit(&self) -> u32 {
         (2.0 * CROSSINGS as f64 * self.period / self.step).ceil() as u32

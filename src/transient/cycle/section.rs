@@ -40,7 +40,7 @@ impl Burst {
 /// Measures of a motion: its direction in the modal velocities, of length 1, the angular frequencies of the modes,
 /// rad/s, and the time step, s.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Measures<'a> {
+pub(super) struct SectionMeasures<'a> {
     pub(super) along: &'a [f64],
     pub(super) omega: &'a [f64],
     pub(super) step: f64,
@@ -48,14 +48,14 @@ pub(super) struct Measures<'a> {
 
 /// The section and the last bursts of crossings. All steps pass through it, so that crossings keep their numbers.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Section {
+pub(super) struct PoincareSection {
     number: usize,
     bursts: VecDeque<Burst>,
     recorded: Option<Burst>,
     before: (u64, Vec<f64>, Vec<f64>),
 }
 
-impl Section {
+impl PoincareSection {
     /// Keeps displacements and velocities before the step that follows the step `number`.
     pub(super) fn before(&mut self, number: u64, now: [&[f64]; 2]) {
         let (step, q, v) = &mut self.before;
@@ -68,9 +68,9 @@ impl Section {
 
     /// Counts the crossing of the step that led to displacements and velocities `after`, and keeps it while a burst is
     /// recorded.
-    pub(super) fn after(&mut self, after: [&[f64]; 2], measures: Measures<'_>) {
+    pub(super) fn after(&mut self, after: [&[f64]; 2], measures: SectionMeasures<'_>) {
         let [place, speed] = after;
-        let Measures { along, omega, step: h } = measures;
+        let SectionMeasures { along, omega, step: h } = measures;
         let (step, q, v) = &self.before;
         let project = |v: &[f64]| -> f64 { along.iter().zip(v).map(|(a, v)| a * v).sum() };
         let (a, b) = (project(v), project(speed));
@@ -155,7 +155,7 @@ mod tests {
 
     /// Verdict on an oscillation of the period 1 whose amplitude over time is `amplitude`, and the looks that it took.
     fn verdict(mut amplitude: impl FnMut(f64) -> f64) -> (CycleOutcome, usize) {
-        let (mut section, mut alone, mut step) = (Section::default(), Alone::default(), 0);
+        let (mut section, mut alone, mut step) = (PoincareSection::default(), Alone::default(), 0);
         let h = 1.0 / STEPS as f64;
         let mut at = |step: usize| {
             let (a, phase) = (amplitude(step as f64 * h), 2.0 * PI * (step as f64 * h - 0.25));
@@ -173,7 +173,7 @@ mod tests {
                     section.before(step as u64, [&now[..1], &now[1..]]);
                     step += 1;
                     now = at(step);
-                    let measures = Measures { along: &[1.0], omega: &[2.0 * PI], step: h };
+                    let measures = SectionMeasures { along: &[1.0], omega: &[2.0 * PI], step: h };
                     section.after([&now[..1], &now[1..]], measures);
                     let weight = hann(k, 16 * STEPS);
                     squares += weight * now[1] * now[1];

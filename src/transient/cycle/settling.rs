@@ -1,8 +1,8 @@
 //! A motion that is left to itself: whether its amplitude has settled, or goes on beating.
 //!
 //! A beat that dies out and one that stays look the same for a while. What tells them apart is the spread of the states
-//! at the Poincaré section ([`Section::spread`](super::section::Section::spread)) over successive batches of looks: of
-//! the one it shrinks, of the other it does not.
+//! at the Poincaré section ([`PoincareSection::spread`](super::section::PoincareSection::spread)) over successive
+//! batches of looks: of the one it shrinks, of the other it does not.
 
 use super::amplitude_continuation::GrowthSample;
 

@@ -2,7 +2,7 @@
 //! a rest that is stable.
 
 use super::*;
-use crate::contact::{Creepage, NormalLoad};
+use crate::contact::{ContactCreepage, NormalLoad};
 use crate::friction::{Exponential, FrictionLaw};
 use crate::grid::Interface;
 use crate::model::ModalMatrix;
@@ -40,7 +40,7 @@ fn growth(v: f64, a: f64) -> f64 {
 }
 
 /// Outcome of a motion of the mass, 1 kg, whose velocity swings by `a`, m/s, on a belt of the velocity `v`, m/s.
-fn fate(v: f64, a: f64) -> Followed {
+fn fate(v: f64, a: f64) -> FollowedMotion {
     let kicked = |mut rest: State| {
         rest.v[0] += a;
         rest
@@ -49,12 +49,12 @@ fn fate(v: f64, a: f64) -> Followed {
 }
 
 /// Outcome of the motion that `start` makes of rest on a belt of the velocity `v`, m/s, and where it was at the end.
-fn followed(v: f64, start: impl FnOnce(State) -> State) -> (Followed, State) {
+fn followed(v: f64, start: impl FnOnce(State) -> State) -> (FollowedMotion, State) {
     beside(v, None, start)
 }
 
 /// The same with another mode that has nothing to do with the contact: its angular frequency, rad/s, and damping, 1/s.
-fn beside(v: f64, other: Option<[f64; 2]>, start: impl FnOnce(State) -> State) -> (Followed, State) {
+fn beside(v: f64, other: Option<[f64; 2]>, start: impl FnOnce(State) -> State) -> (FollowedMotion, State) {
     let m = 1 + usize::from(other.is_some());
     let points = Interface::points(vec![0.0], vec![[0.0; 2]]).unwrap();
     let residual = Mat::from_fn(3, 3, |i, j| if i == j { [0.0, SOFT, SOFT][i] } else { 0.0 });
@@ -73,7 +73,7 @@ fn beside(v: f64, other: Option<[f64; 2]>, start: impl FnOnce(State) -> State) -
     let law = Exponential { memory_length: MEMORY, ..Exponential::new(STATIC, KINETIC, DECAY) };
     let friction = FrictionLaw::from(law);
     let mu = friction.coefficient(v);
-    let creepage = Creepage { longitudinal: 1.0, lateral: 0.0, spin: 0.0 };
+    let creepage = ContactCreepage { longitudinal: 1.0, lateral: 0.0, spin: 0.0 };
     let settings = Steps {
         scheme: Scheme { step: STEP, theta: 0.5 },
         friction,
@@ -84,7 +84,7 @@ fn beside(v: f64, other: Option<[f64; 2]>, start: impl FnOnce(State) -> State) -
     let rest = State::at_rest(&model, &[-mu * LOAD, 0.0, LOAD], &[LOAD * SOFT]).remembering(&[mu]);
     let mut stepper = Stepper::new(model, settings, start(rest.clone())).unwrap();
     stepper.settle().unwrap();
-    let search = Settings {
+    let search = CycleSettings {
         step: STEP,
         period: 2.0 * PI / OMEGA,
         settled: 1e-3,

@@ -16,7 +16,7 @@ const WORTH: usize = 8;
 
 /// Solver of the pressures of k nodes in l places; `gaps` everywhere is W_nn in units of the operator, columns,
 /// `[k][l]`. Places without a node have no gap and no pressure.
-pub(super) struct Normal {
+pub(super) struct NormalProblem {
     /// k.
     nodes: usize,
     /// Inverse of W_nn + μ W_nt d, columns, `[k][l]`, where it was made.
@@ -32,7 +32,7 @@ pub(super) struct Normal {
 }
 
 /// Gaps to be closed and what the pressures are to add to the resultants.
-pub(super) struct Wanted {
+pub(super) struct WantedGaps {
     /// Minus the gaps over the unit, N, `[l]`; 0 at open nodes.
     pub gap: AlignedVec<f32>,
     /// Change of the resultant of each border, N.
@@ -59,7 +59,7 @@ impl NormalBorder {
     }
 }
 
-impl Normal {
+impl NormalProblem {
     /// For `nodes` nodes.
     pub fn new(nodes: usize) -> Self {
         let (inverse, uniform) = (AlignedVec::default(), Vec::new());
@@ -87,7 +87,7 @@ impl Normal {
         &mut self,
         (gaps, borders): (&[f32], &[NormalBorder]),
         open: Vec<usize>,
-        wanted: Wanted,
+        wanted: WantedGaps,
         forcing: f32,
         effort: &mut Effort,
     ) -> (AlignedVec<f32>, Vec<f32>) {
@@ -183,7 +183,7 @@ impl Normal {
             open.iter().for_each(|&i| wanted[i] = 0.0);
             let sum = |b: &NormalBorder| b.row.iter().zip(pressure.iter()).map(|(r, p)| r * p).sum::<f32>();
             let lack = borders.iter().zip(loads).map(|(b, n)| n - sum(b)).collect();
-            let wanted = Wanted { gap: wanted, lack };
+            let wanted = WantedGaps { gap: wanted, lack };
             let (change, nearer) = self.press((gaps, borders), std::mem::take(&mut open), wanted, 0.05, effort);
             pressure.iter_mut().zip(change.iter()).for_each(|(p, c)| *p += c);
             approach.iter_mut().zip(&nearer).for_each(|(a, n)| *a += n);

@@ -20,7 +20,7 @@ const TURNS: usize = 8;
 /// The tangential operator on k nodes in l places, in units of that of W. e = (−d_y, d_x) is the direction across d.
 /// Vectors have what is across in the first l places and what is along d in the last l; places without a node hold
 /// zeros.
-pub(super) struct Tangential {
+pub(super) struct TangentialProblem {
     /// k.
     nodes: usize,
     /// Components x and y of the direction d of each node, `[l]`.
@@ -40,7 +40,7 @@ pub(super) struct Tangential {
 /// Natural map of the nodes, and those of them that stick, ascending.
 pub(super) type MapAndStick<'a> = (&'a NaturalMap, &'a [usize]);
 
-impl Tangential {
+impl TangentialProblem {
     /// The operator `w` for what the map says of the nodes, in the memory of another one.
     pub fn new(w: &DelassusOperator, seen: &NaturalMap, old: Option<Self>) -> Self {
         let (k, l) = (w.size() / 3, w.places());
@@ -316,7 +316,7 @@ impl WithSimd for Sticking<'_> {
 
 /// Motion along d of the nodes that slip, under changes of the pressures.
 struct Pressed<'a> {
-    w: &'a Tangential,
+    w: &'a TangentialProblem,
     slips: &'a [f32],
     pressure: &'a [f32],
     out: &'a mut [f32],

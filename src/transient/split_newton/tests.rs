@@ -5,7 +5,7 @@ use crate::friction::{Exponential, FrictionLaw};
 use crate::grid::Interface;
 use crate::model::combined_compliance;
 use crate::transient::border::Border;
-use crate::transient::{ContactSolver, DelassusOperator, Memory};
+use crate::transient::{ContactSolver, DelassusOperator, NewtonMemory};
 
 /// (dx, dy, g) of bodies pressed together by `approach` and moved by about `path`, unevenly over the contact.
 fn displacements(s: &Interface, approach: f64, path: f64) -> Vec<f64> {
@@ -36,7 +36,7 @@ fn finds_the_reactions_of_the_fixed_point_for_unlike_bodies_and_falling_friction
         let w = combined_compliance(steel.as_ref(), other.as_ref()).unwrap();
         let columns: Vec<f64> = (0..3 * s.len()).flat_map(|j| w.col_as_slice(j).to_vec()).collect();
         let matrix = &DelassusOperator::new(columns);
-        let mut memory = Memory::default();
+        let mut memory = NewtonMemory::default();
         let mut guess = vec![0.0; 3 * s.len()];
         for step in 0..4 {
             let free = displacements(&s, (8.0 + 0.01 * step as f64) * 1e-5, (1.0 + 0.01 * step as f64) * 1.2e-5);
@@ -44,13 +44,13 @@ fn finds_the_reactions_of_the_fixed_point_for_unlike_bodies_and_falling_friction
             let (friction, before) = (&friction, &[][..]);
             let p =
                 StepProblem { matrix, free: &free, friction, before, step: 1e-5, patch: &[], borders: &[], tolerance };
-            let solve = |solver, memory: &mut Memory| {
+            let solve = |solver, memory: &mut NewtonMemory| {
                 let mut effort = Effort::default();
                 let found = p.solve(solver, &guess, None, &[], memory, &mut effort).unwrap();
                 (found, effort)
             };
             let (found, effort) = solve(ContactSolver::Newton, &mut memory);
-            let (reference, _) = solve(ContactSolver::FixedPoint, &mut Memory::default());
+            let (reference, _) = solve(ContactSolver::FixedPoint, &mut NewtonMemory::default());
             let normal: f64 = reference.reaction.iter().skip(2).step_by(3).sum();
             let difference =
                 found.reaction.iter().zip(&reference.reaction).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -68,7 +68,7 @@ fn finds_the_reactions_of_the_fixed_point_for_unlike_bodies_and_falling_friction
             let loaded = StepProblem { borders: &borders, ..p };
             let nothing = vec![0.0; 3 * s.len()];
             for (guess, known) in [(&nothing, 2e-6), (&nothing, 1e-3), (&guess, 1e-3), (&guess, -1e-7)] {
-                let (mut effort, mut memory) = (Effort::default(), Memory::default());
+                let (mut effort, mut memory) = (Effort::default(), NewtonMemory::default());
                 let found =
                     loaded.solve(ContactSolver::Newton, guess, None, &[known], &mut memory, &mut effort).unwrap();
                 let off = found.reaction.iter().zip(&reference.reaction).map(|(a, b)| (a - b).abs());
@@ -103,7 +103,7 @@ fn a_small_load_rests_on_one_node() {
         tolerance: 1e-10,
     };
     for known in [-1e-4, 0.0, 1e-4] {
-        let (mut effort, mut memory) = (Effort::default(), Memory::default());
+        let (mut effort, mut memory) = (Effort::default(), NewtonMemory::default());
         let guess = vec![0.0; 3 * s.len()];
         let found = p.solve(ContactSolver::Newton, &guess, None, &[known], &mut memory, &mut effort).unwrap();
         let closed: Vec<usize> = (0..s.len()).filter(|&i| found.status[i] != Status::Open).collect();
@@ -137,7 +137,7 @@ fn what_is_no_number_is_refused() {
                     let friction = &friction;
                     let p = StepProblem { matrix, free, friction, before, step, patch, borders, tolerance };
                     let shift = vec![0.0; borders.len()];
-                    p.solve(solver, &guess, None, &shift, &mut Memory::default(), &mut Effort::default())
+                    p.solve(solver, &guess, None, &shift, &mut NewtonMemory::default(), &mut Effort::default())
                 };
                 solve(&free).unwrap();
                 free[at] = f64::NAN;

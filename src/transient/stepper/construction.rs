@@ -10,7 +10,7 @@ use crate::transient::dynamics::Dynamics;
 use crate::transient::energy::Energy;
 use crate::transient::low_rank_modes::LowRankModes;
 use crate::transient::model::{Impact, Model};
-use crate::transient::newton::Memory;
+use crate::transient::newton::NewtonMemory;
 use crate::transient::scheme::Modal;
 use crate::{Error, Result};
 
@@ -114,7 +114,7 @@ impl<'a> Stepper<'a> {
                 u: Vec::new(),
             },
             outside: InactiveNodes::default(),
-            memory: Memory::default(),
+            memory: NewtonMemory::default(),
             integrated: None,
             past: Vec::new(),
             shapes,

@@ -5,17 +5,17 @@ use super::super::border::Border;
 use super::super::model::Impact;
 use super::super::problem::{Effort, StepProblem, StepSolution};
 use super::Stepper;
-use crate::contact::consistent::{self, CellProblem, Cells, Law, Memory, Surface};
+use crate::contact::consistent::{self, CellProblem, ConsistentSurface, ContactCells, FactoredJacobian, IntegratedLaw};
 use crate::contact::law::{Augmentation, Status};
 use crate::{Error, Result};
 
 /// The laws at points of quadrature and what serves the next step too.
 pub(super) struct Integrated {
-    surface: Surface,
+    surface: ConsistentSurface,
     /// Per displacement over a step, Pa/m.
     rho: Augmentation,
-    cells: Option<Cells>,
-    memory: Memory,
+    cells: Option<ContactCells>,
+    memory: FactoredJacobian,
     /// Nodes that are closed by the fields there at the beginning of the step, `[n]`.
     closed: Vec<bool>,
 }
@@ -44,10 +44,10 @@ impl Stepper<'_> {
         }
         let way = self.settings.drive.patches[0].speed * self.settings.scheme.step;
         self.integrated = Some(Integrated {
-            surface: Surface::new(patch),
+            surface: ConsistentSurface::new(patch),
             rho: Augmentation { normal: rho.normal, tangential: rho.tangential / way },
             cells: None,
-            memory: Memory::default(),
+            memory: FactoredJacobian::default(),
             closed: vec![false; s.len()],
         });
         self.reset()?;
@@ -117,8 +117,8 @@ impl Integrated {
     ) -> Result<StepSolution> {
         let k = nodes.len();
         if self.cells.as_ref().is_none_or(|c| c.nodes != nodes) {
-            self.cells = Some(Cells::new(&self.surface, nodes.to_vec()));
-            self.memory = Memory::default();
+            self.cells = Some(ContactCells::new(&self.surface, nodes.to_vec()));
+            self.memory = FactoredJacobian::default();
         }
         let missing = || Error::Defect("a step without the cells of its nodes".into());
         let cells = self.cells.as_ref().ok_or_else(missing)?;
@@ -129,7 +129,7 @@ impl Integrated {
             let shift = shift.to_vec();
             return Ok(StepSolution { reaction, shift, response, status, friction: Vec::new(), residual: 0.0 });
         }
-        let law = Law { rho: self.rho, friction: p.friction.coefficient(0.0) };
+        let law = IntegratedLaw { rho: self.rho, friction: p.friction.coefficient(0.0) };
         // Component of the reactions whose total each border prescribes.
         let component = |b: &Border| b.tangential().unwrap_or(2);
         let (mut total, mut from) = ([None; 3], [0.0; 3]);
@@ -140,7 +140,7 @@ impl Integrated {
             CellProblem { cells, law, response: p.matrix.matrix(), constant: p.free, total, measure: &vec![1.0; k] };
         let target = p.tolerance * scale;
         let mut now = posed.iterate(guess.to_vec(), from);
-        let mut spent = consistent::Effort::default();
+        let mut spent = consistent::ConsistentEffort::default();
         // What rounding leaves is removed by a product of the whole once the method is there.
         for _ in 0..3 {
             let found = posed.solve(target, now, &mut self.memory, &mut spent);
@@ -150,7 +150,7 @@ impl Integrated {
                 factorisations: spent.factorisations,
                 ..Effort::default()
             };
-            spent = consistent::Effort::default();
+            spent = consistent::ConsistentEffort::default();
             let reached = found.map_err(|left| {
                 Error::NotConverged(format!(
                     "contact of a time step, consistent quadrature: Newton's method stalled at a residual of \

@@ -1,13 +1,13 @@
 //! The gap of the undeformed bodies at both ends of a step: roughness travels through it.
 
 use crate::grid::Interface;
-use crate::roughness::Surface;
+use crate::roughness::RoughSurfaces;
 use crate::Result;
 
 /// Gaps, m, `[n]` each. They follow from the number of the step alone, so that a run that is continued finds the same.
 pub(super) struct RoughnessGap {
     /// Rough surfaces, the lines of the grid along x, m, and the gap of the smooth bodies, m, `[n]`.
-    surface: Option<(Surface, Vec<f64>, Vec<f64>)>,
+    surface: Option<(RoughSurfaces, Vec<f64>, Vec<f64>)>,
     /// At the beginning of the step.
     pub(super) before: Vec<f64>,
     /// At its end.
@@ -23,7 +23,7 @@ impl RoughnessGap {
     }
 
     /// The same bodies with rough surfaces.
-    pub(super) fn rough(interface: &Interface, surface: Surface) -> Result<Self> {
+    pub(super) fn rough(interface: &Interface, surface: RoughSurfaces) -> Result<Self> {
         let x = interface.single("contact.roughness")?.x.clone();
         Ok(Self { surface: Some((surface, x, interface.gap.clone())), ..Self::smooth(interface) })
     }

@@ -61,7 +61,7 @@ pub struct ContactProblemView<'a> {
 
 /// Fields of a step on all nodes.
 #[derive(Debug, Clone)]
-pub struct Fields {
+pub struct StepFields {
     /// Pressure, Pa, `[n]`.
     pub pressure: Vec<f64>,
     /// Traction on body 1, Pa, `[n][2]`.

@@ -2,7 +2,7 @@
 
 use crate::job::{SweepPlan, Uncertainty};
 use crate::output::datasets::sweep::{EigenvalueSearch, Outcome};
-use crate::output::datasets::uncertainty::Study as Report;
+use crate::output::datasets::uncertainty::StudyStatistics as Report;
 use crate::summary::Summary;
 use crate::Error;
 use std::f64::consts::PI;

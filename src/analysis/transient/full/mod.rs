@@ -24,7 +24,7 @@ use crate::output::Table;
 use crate::transient::{Model, Stepper};
 use crate::{Error, Result};
 use faer::Mat;
-use root_driver::{DrivenByRoot, Pair, RootDriver, RootHalf};
+use root_driver::{BodyPair, DrivenByRoot, RootDriver, RootHalf};
 use std::cell::RefCell;
 use std::rc::Rc;
 
@@ -156,7 +156,7 @@ pub(super) fn run(
         energies.kinetic += e.kinetic;
         energies.elastic += e.elastic;
     }
-    let pair = Pair { world, halves, watched: located.nodes().collect(), stop: inputs.stop };
+    let pair = BodyPair { world, halves, watched: located.nodes().collect(), stop: inputs.stop };
     let [q, v] = pair.rows();
 
     run.progress.stage("transient of the full model");

@@ -1,7 +1,7 @@
 //! The two bodies of the full model on all ranks, and how rank 0, which has the contact, leads them.
 //!
 //! The steps are made on rank 0. What they ask of the bodies is collective: rank 0 says what comes next, the others
-//! listen ([`Pair::serve`]).
+//! listen ([`BodyPair::serve`]).
 
 use crate::body::full_order_integrator::{Energies, FullOrderIntegrator};
 use crate::body::{Fields, Side};
@@ -45,14 +45,14 @@ pub(super) struct RootHalf<'a> {
 pub(super) type Watched = (usize, Option<usize>);
 
 /// The two bodies, the lower one first.
-pub(super) struct Pair<'a> {
+pub(super) struct BodyPair<'a> {
     pub(super) world: &'a World,
     pub(super) halves: Vec<RootHalf<'a>>,
     pub(super) watched: Vec<Watched>,
     pub(super) stop: &'a Stop,
 }
 
-impl Pair<'_> {
+impl BodyPair<'_> {
     /// Collective: displacements and velocities of the contact rows (w, change of gap), then of the watched nodes (x,
     /// y, z), m and m/s, then amplitudes of the modes, on rank 0.
     pub(super) fn rows(&self) -> [Vec<f64>; 2] {
@@ -157,7 +157,7 @@ fn joined<'a, 'h>(
 
 /// The bodies as rank 0 leads them.
 pub(super) struct RootDriver<'a> {
-    pair: Pair<'a>,
+    pair: BodyPair<'a>,
     /// W of both bodies, m/N, `[3n, 3n]`.
     influence: Mat<f64>,
     /// θh, s.
@@ -167,7 +167,7 @@ pub(super) struct RootDriver<'a> {
 
 impl<'a> RootDriver<'a> {
     /// On rank 0: the `pair` with its W at the energies `energies`; `lead` is θh, s.
-    pub(super) fn new(pair: Pair<'a>, influence: Mat<f64>, lead: f64, energies: Energies) -> Self {
+    pub(super) fn new(pair: BodyPair<'a>, influence: Mat<f64>, lead: f64, energies: Energies) -> Self {
         Self { pair, influence, lead, energies }
     }
 

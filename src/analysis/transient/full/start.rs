@@ -25,7 +25,7 @@ const KEPT: [[&str; 3]; 2] = [
 ];
 
 /// Start of a run.
-pub(super) struct StartState {
+pub(super) struct FullStart {
     /// This rank's displacements and velocities of each body.
     pub(super) motion: Vec<(Vec<f64>, Vec<f64>)>,
     /// On rank 0: the rest of the state of a run that is continued.
@@ -35,7 +35,7 @@ pub(super) struct StartState {
 }
 
 /// Collective: at rest under the reactions of `rest`, which rank 0 has, and moved as the job says.
-pub(super) fn fresh(world: &World, inputs: &Inputs<'_>, rest: Option<&State>) -> Result<StartState> {
+pub(super) fn fresh(world: &World, inputs: &Inputs<'_>, rest: Option<&State>) -> Result<FullStart> {
     let (bodies, start) = (inputs.bodies, &inputs.wanted.start);
     let mut motion = Vec::new();
     for place in &bodies.places {
@@ -65,7 +65,7 @@ pub(super) fn fresh(world: &World, inputs: &Inputs<'_>, rest: Option<&State>) ->
             first += vectors.len();
         }
     }
-    Ok(StartState { motion, state: None, identity: None })
+    Ok(FullStart { motion, state: None, identity: None })
 }
 
 /// Collective: moves the bodies by a complex mode of their own. Its amplitude is that of the reduced one beside it:
@@ -128,7 +128,7 @@ fn nowhere() -> State {
 }
 
 /// Collective: where the last segment ends.
-pub(super) fn resumed(world: &World, inputs: &Inputs<'_>, halves: &[RootHalf<'_>]) -> Result<StartState> {
+pub(super) fn resumed(world: &World, inputs: &Inputs<'_>, halves: &[RootHalf<'_>]) -> Result<FullStart> {
     let found = world.on_root(|| {
         let segments = inputs.segments()?;
         let entries = segments.entries();
@@ -170,7 +170,7 @@ pub(super) fn resumed(world: &World, inputs: &Inputs<'_>, halves: &[RootHalf<'_>
     let mut next = || world.scatter(whole.next().unwrap_or_default());
     let motion = halves.iter().map(|_| (next(), next())).collect();
     let (state, identity) = last.map_or((None, None), |last| (Some(last.state), Some(last.identity)));
-    Ok(StartState { motion, state, identity })
+    Ok(FullStart { motion, state, identity })
 }
 
 /// The state of all degrees of freedom as tables of a segment.

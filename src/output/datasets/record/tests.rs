@@ -7,7 +7,7 @@ use crate::grid::Interface;
 use crate::model::CoupledModel;
 use crate::output::{Reader, Segments};
 use crate::transient::loading::{History, Loading, Normal, PatchDrive, Tangential};
-use crate::transient::stepper::Fields;
+use crate::transient::stepper::StepFields;
 use crate::transient::Model;
 use crate::transient::{ContactSolver, Scheme, Settings, State};
 use faer::Mat;
@@ -60,7 +60,7 @@ struct Seen {
     moment_z: f64,
     counts: [f64; 4],
     residual: f64,
-    fields: Fields,
+    fields: StepFields,
 }
 
 #[test]

@@ -2,13 +2,13 @@ use super::*;
 use crate::sound::panels::Panel;
 
 /// A circle of the radius 1 m.
-fn circle(panels: usize) -> Surface {
+fn circle(panels: usize) -> PanelSurface {
     let at = |t: f64| {
         let (s, c) = (2.0 * PI * t).sin_cos();
         [c, s]
     };
     let panel = |k: usize| Panel { points: [0.0, 1.0, 0.5].map(|t| at((k as f64 + t) / panels as f64)) };
-    Surface::new((0..panels).map(panel).collect())
+    PanelSurface::new((0..panels).map(panel).collect())
 }
 
 /// H_n⁽²⁾ and its derivative.

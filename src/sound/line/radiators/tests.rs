@@ -1,17 +1,19 @@
 use super::*;
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::rails::R60E1;
 use crate::sound::Radiation;
 use crate::swept::infinite::InfiniteRailSpec;
-use crate::swept::{BuiltRail, Element, Layer, Patch, Section, SectionCell, Sleeper, Track};
+use crate::swept::{
+    BuiltRail, CrossSection, LoadCircle, RailTrack, SectionCell, SectionElement, SleeperLayer, TrackLayer,
+};
 use faer::linalg::solvers::Solve;
 use std::collections::BTreeMap;
 
 const AIR: Air = Air { density: 1.2, speed: 343.0 };
-const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+const STEEL: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
 
 /// A round bar of the radius `radius`, m, with the contact point on top of it.
-fn round(radius: f64) -> Section {
+fn round(radius: f64) -> CrossSection {
     const CELLS: usize = 4;
     const LINE: usize = 2 * CELLS + 1;
     let node = |i: usize, j: usize| i * LINE + j;
@@ -23,11 +25,11 @@ fn round(radius: f64) -> Section {
     let element = |k: usize| {
         let (i, j) = (2 * (k / CELLS), 2 * (k % CELLS));
         let corners = [[0, 0], [2, 0], [2, 2], [0, 2], [1, 0], [2, 1], [1, 2], [0, 1], [1, 1]];
-        Element { kind: SectionCell::Quad9, nodes: corners.map(|[a, b]| node(i + a, j + b)).to_vec(), layer: 0 }
+        SectionElement { kind: SectionCell::Quad9, nodes: corners.map(|[a, b]| node(i + a, j + b)).to_vec(), layer: 0 }
     };
     let last = LINE - 1;
     let tread = (0..CELLS).map(|k| [node(last, 2 * k), node(last, 2 * k + 2), node(last, 2 * k + 1)]).collect();
-    Section {
+    CrossSection {
         nodes: (0..LINE * LINE).map(place).collect(),
         elements: (0..CELLS * CELLS).map(element).collect(),
         groups: BTreeMap::new(),
@@ -37,8 +39,8 @@ fn round(radius: f64) -> Section {
 }
 
 /// With its far fields.
-fn complete<'a>(rail: &'a Infinite, bands: &Bands) -> Radiators<'a> {
-    let radiators = Radiators::new(rail, AIR, bands);
+fn complete<'a>(rail: &'a Infinite, bands: &Bands) -> RailRadiators<'a> {
+    let radiators = RailRadiators::new(rail, AIR, bands);
     let parts = [0, 1].map(|part| radiators.far(part, 2).expect("far fields"));
     let all: Vec<f64> = parts[0].iter().zip(&parts[1]).map(|(a, b)| a + b).collect();
     radiators.complete(&all)
@@ -56,7 +58,7 @@ fn a_round_bar_radiates_as_a_beam_of_moving_cylinders() {
         angle: 0.0,
         tilt: 0.0,
         loss,
-        patch: Patch { radius: 2e-3 },
+        patch: LoadCircle { radius: 2e-3 },
     };
     let rail = Infinite::new(&making, 2.0 * PI * 3000.0).expect("rail");
     let bands = Bands::spanning(100.0, 2000.0);
@@ -100,16 +102,16 @@ fn a_round_bar_radiates_as_a_beam_of_moving_cylinders() {
 /// 60E1 on usual pads and sleepers.
 fn rail(reach: f64) -> Infinite {
     let section = BuiltRail::new(&R60E1, 0.01).expect("rail");
-    let pad = Layer::with_loss([300e6, 40e6, 40e6].map(|s| s / 0.6), 0.2, 60.0);
-    let ballast = Layer::with_loss([100e6, 70e6, 70e6].map(|s| s / 0.6), 1.0, 250.0);
+    let pad = TrackLayer::with_loss([300e6, 40e6, 40e6].map(|s| s / 0.6), 0.2, 60.0);
+    let ballast = TrackLayer::with_loss([100e6, 70e6, 70e6].map(|s| s / 0.6), 1.0, 250.0);
     let making = InfiniteRailSpec {
         section: section.for_modes().expect("section"),
         material: STEEL,
-        track: Some(Track { pad, sleeper: Some(Sleeper { mass: 250.0, ballast }) }),
+        track: Some(RailTrack { pad, sleeper: Some(SleeperLayer { mass: 250.0, ballast }) }),
         angle: section.contact().angle,
         tilt: -section.contact().angle,
         loss: 0.02,
-        patch: Patch { radius: 3e-3 },
+        patch: LoadCircle { radius: 3e-3 },
     };
     Infinite::new(&making, 2.0 * PI * reach).expect("rail")
 }
@@ -119,7 +121,7 @@ fn rail(reach: f64) -> Infinite {
 #[test]
 fn powers_are_the_same_near_and_far() {
     let rail = rail(3000.0);
-    let radiators = Radiators::new(&rail, AIR, &Bands::spanning(100.0, 4000.0));
+    let radiators = RailRadiators::new(&rail, AIR, &Bands::spanning(100.0, 4000.0));
     let (surface, q) = (&radiators.meshed.surface, 12);
     // Mixtures of all motions.
     let mix = Mat::from_fn(radiators.normal.ncols(), q, |i, j| ((7 * i + 5 * j * j) as f64).sin());
@@ -217,8 +219,8 @@ fn rigid_motions(rail: &Infinite) -> (Mat<f64>, Vec<f64>) {
 }
 
 /// The rail whose motions radiate by these alone, at the nodes of the outline, `[2 · nodes, q]`.
-fn moving<'a>(rail: &'a Infinite, bands: &Bands, motion: &Mat<f64>) -> Radiators<'a> {
-    let mut radiators = Radiators::new(rail, AIR, bands);
+fn moving<'a>(rail: &'a Infinite, bands: &Bands, motion: &Mat<f64>) -> RailRadiators<'a> {
+    let mut radiators = RailRadiators::new(rail, AIR, bands);
     radiators.normal = radiators.meshed.normal(motion.as_ref());
     let all = radiators.far(0, 1).expect("far fields");
     radiators.complete(&all)
@@ -257,7 +259,7 @@ fn a_rail_without_damping_is_refused() {
         angle: 0.0,
         tilt: 0.0,
         loss: 0.0,
-        patch: Patch { radius: 2e-3 },
+        patch: LoadCircle { radius: 2e-3 },
     };
     let rail = Infinite::new(&making, 2.0 * PI * 1500.0).expect("rail");
     let radiators = complete(&rail, &Bands::spanning(800.0, 1000.0));

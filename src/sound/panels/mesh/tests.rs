@@ -1,5 +1,5 @@
 use super::*;
-use crate::fem::Material;
+use crate::fem::ElasticMaterial;
 use crate::sound::revolved::{square, Exterior};
 use crate::sound::Air;
 use crate::swept::modes::of_order;
@@ -7,7 +7,7 @@ use crate::swept::{Forms, SectionSource, Wheel};
 use std::f64::consts::PI;
 
 const AIR: Air = Air { density: 1.2, speed: 343.0 };
-const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+const STEEL: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
 
 fn wheel() -> (Forms, Outline) {
     let section = SectionSource::Wheel(Wheel::w920s(0.0)).for_modes().expect("section");
@@ -32,7 +32,7 @@ fn the_modes_of_a_wheel_radiate_alike_from_coarse_and_fine_panels() {
         for (k, omega) in modes.omega.iter().enumerate() {
             let (f, one) = (omega / (2.0 * PI), u.as_ref().subcols(k, 1));
             let of = |size: f64| {
-                let meshed = Meshed::new(&outline, size);
+                let meshed = PanelMesh::new(&outline, size);
                 let exterior = Exterior::new(&meshed.surface, AIR, f, n);
                 let field = exterior.field(n, meshed.normal(one)).expect("field");
                 let plane = AIR.density * AIR.speed * square(&meshed.surface, n, &meshed.normal(one))[(0, 0)];

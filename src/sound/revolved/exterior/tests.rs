@@ -9,9 +9,9 @@ fn along(t: &[f64], curve: impl Fn(f64) -> [f64; 2]) -> Vec<Panel> {
 }
 
 /// The spheroid with these half axes, m, across and along the axis.
-fn spheroid(across: f64, axial: f64, panels: usize) -> Surface {
+fn spheroid(across: f64, axial: f64, panels: usize) -> PanelSurface {
     let t: Vec<f64> = (0..=panels).map(|i| i as f64 / panels as f64).collect();
-    Surface::new(along(&t, |t| [across * (PI * t).sin().max(0.0), -axial * (PI * t).cos()]))
+    PanelSurface::new(along(&t, |t| [across * (PI * t).sin().max(0.0), -axial * (PI * t).cos()]))
 }
 
 /// Frequency, Hz, of the wave number k, 1/m.
@@ -39,12 +39,12 @@ fn hankel(l: usize, x: f64) -> [Complex64; 2] {
 }
 
 /// Velocities at the nodes.
-fn velocities(surface: &Surface, of: impl Fn(&Node) -> f64) -> Mat<f64> {
+fn velocities(surface: &PanelSurface, of: impl Fn(&PanelNode) -> f64) -> Mat<f64> {
     Mat::from_fn(surface.nodes().len(), 1, |i, _| of(&surface.nodes()[i]))
 }
 
 /// Mean power of unit amplitude through the surface, ½ Re ∫ p v dS: another way than the far field.
-fn through_surface(surface: &Surface, field: &Field, i: usize, j: usize) -> Complex64 {
+fn through_surface(surface: &PanelSurface, field: &Field, i: usize, j: usize) -> Complex64 {
     let nodes = surface.nodes().iter().enumerate();
     let sum: Complex64 = nodes.map(|(k, node)| area(node) * field.pressure[(k, j)] * field.velocity[(k, i)]).sum();
     0.5 * round(field.order) * sum
@@ -139,7 +139,7 @@ fn thin_spheroids_are_dipoles_with_their_added_mass() {
 }
 
 /// A flat disc of the radius 1 m and this thickness; its panels become small towards the edge.
-fn disc(thickness: f64) -> Surface {
+fn disc(thickness: f64) -> PanelSurface {
     let mut inwards = vec![0.0];
     let mut size = 0.25 * thickness;
     while inwards[inwards.len() - 1] + 1.5 * size < 1.0 {
@@ -152,7 +152,7 @@ fn disc(thickness: f64) -> Surface {
     let above = inwards.iter().map(|x| [1.0 - x, 0.5 * thickness]);
     let corners: Vec<[f64; 2]> = below.chain(edge).chain(above).collect();
     let straight = |w: &[[f64; 2]]| Panel { points: [w[0], w[1], [0, 1].map(|c| 0.5 * (w[0][c] + w[1][c]))] };
-    Surface::new(corners.windows(2).map(straight).collect())
+    PanelSurface::new(corners.windows(2).map(straight).collect())
 }
 
 /// σ = 8 (ka)⁴/(27π²) on both faces of a rigid disc without thickness, ka ≪ 1 (from its added mass 8ρa³/3, as Lamb,
@@ -201,11 +201,11 @@ fn resistances_are_symmetric_positive_and_the_same_near_and_far() {
         let t: Vec<f64> = (0..=count).map(|i| 0.5 - 0.5 * (PI * i as f64 / count as f64).cos()).collect();
         panels.extend(along(&t, |t| [0, 1].map(|c| w[0][c] + t * (w[1][c] - w[0][c]))));
     }
-    let surface = Surface::new(panels);
+    let surface = PanelSurface::new(panels);
     for f in [150.0, 900.0, 2700.0] {
         let exterior = Exterior::new(&surface, AIR, f, 5);
         for order in [0, 1, 2, 5] {
-            let kinds: [fn(&Node) -> f64; 3] = [
+            let kinds: [fn(&PanelNode) -> f64; 3] = [
                 |n| n.point.normal[1] * n.point.at[0],
                 |n| n.point.normal[0] * n.point.at[0],
                 |n| n.point.at[0].powi(2) * (1.0 + 20.0 * n.point.at[1]),

@@ -1,6 +1,6 @@
 use super::*;
-use crate::fem::Material;
-use crate::sound::radiators::{add, Key, Patch};
+use crate::fem::ElasticMaterial;
+use crate::sound::radiators::{add, Key, RadiatingPatch};
 use crate::sound::Radiation;
 use crate::swept::modes::{of_order, ContactModeData};
 use crate::swept::{Forms, OrderModes, SectionSource, Wheel};
@@ -9,7 +9,7 @@ use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 const AIR: Air = Air { density: 1.2, speed: 343.0 };
-const STEEL: Material = Material { young: 210e9, poisson: 0.3, density: 7860.0 };
+const STEEL: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
 
 /// Modes of W920S up to `reach` (Hz) of these orders; and their frequencies.
 fn wheel(orders: &[usize], reach: f64) -> (OutlineModes, Vec<f64>) {
@@ -37,7 +37,7 @@ fn wheel(orders: &[usize], reach: f64) -> (OutlineModes, Vec<f64>) {
 #[test]
 fn resistances_are_interpolated() {
     let (modes, _) = wheel(&[0, 2, 3], 2000.0);
-    let radiators = Radiators::new(&modes, AIR);
+    let radiators = RevolvedRadiators::new(&modes, AIR);
     let bands = Bands::spanning(200.0, 4000.0);
     let grid = radiators.frequencies(&bands);
     assert!(grid.windows(2).all(|w| w[0] < w[1] && w[1] < 1.08 * w[0]));
@@ -70,9 +70,9 @@ fn resistances_are_interpolated() {
 
 /// The power of velocities that go with cos nθ by Rayleigh's integral, each smooth part of the surface in a baffle of
 /// its own.
-fn baffled(meshed: &Meshed, velocity: &Mat<f64>, order: usize, f: f64) -> f64 {
+fn baffled(meshed: &PanelMesh, velocity: &Mat<f64>, order: usize, f: f64) -> f64 {
     let size = 0.02;
-    let mut patches: BTreeMap<Key, Patch> = BTreeMap::new();
+    let mut patches: BTreeMap<Key, RadiatingPatch> = BTreeMap::new();
     let mut part = 0;
     let nodes = meshed.surface.nodes();
     for (i, node) in nodes.iter().enumerate() {
@@ -88,7 +88,7 @@ fn baffled(meshed: &Meshed, velocity: &Mat<f64>, order: usize, f: f64) -> f64 {
             let at = [r * angle.cos(), y, r * angle.sin()];
             let flow = vec![area * velocity[(i, 0)] * (order as f64 * angle).cos()];
             let [a, b, c] = at.map(|x| (x / size).floor() as i64);
-            add(&mut patches, [part, a, b, c], Patch { area, moment: at.map(|x| area * x), flow });
+            add(&mut patches, [part, a, b, c], RadiatingPatch { area, moment: at.map(|x| area * x), flow });
         }
     }
     crate::sound::Radiators::new(patches, size, Mat::zeros(1, 1)).resistance(f, AIR)[(0, 0)]
@@ -99,7 +99,7 @@ fn baffled(meshed: &Meshed, velocity: &Mat<f64>, order: usize, f: f64) -> f64 {
 #[test]
 fn baffles_are_too_loud_where_the_wheel_is_small_against_the_wave() {
     let (modes, frequency) = wheel(&[0, 2, 3, 4], 2000.0);
-    let radiators = Radiators::new(&modes, AIR);
+    let radiators = RevolvedRadiators::new(&modes, AIR);
     for order in &modes.orders {
         for (k, place) in order.places[0].iter().enumerate() {
             let f = frequency[*place];

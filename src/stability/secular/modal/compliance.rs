@@ -1,6 +1,6 @@
 //! The compliance G of the modes over λ: sums over their poles.
 
-use super::{Modes, Part, C};
+use super::{Part, SecularModes, C};
 use faer::Mat;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -20,7 +20,7 @@ pub(in super::super) struct Sampled {
 
 impl Sampled {
     /// The `values` with the bodies of some `modes`.
-    pub fn new(values: Vec<C>, modes: &Modes) -> Self {
+    pub fn new(values: Vec<C>, modes: &SecularModes) -> Self {
         Self { values, kept: modes.parts.iter().map(|part| (part.clone(), RefCell::default())).collect() }
     }
 }
@@ -31,7 +31,7 @@ impl std::fmt::Debug for Sampled {
     }
 }
 
-impl Modes {
+impl SecularModes {
     /// G at each of `values`, by columns, one after the other, `[r²]` each.
     pub fn compliance(&self, values: &[C]) -> Vec<C> {
         let ([g], _) = self.with_derivatives(values);
