@@ -240,8 +240,8 @@ pub(super) fn surface_points(mesh: &Mesh, [x, y]: [&[f64]; 2], tilt: f64) -> Res
     Ok(y.iter().flat_map(|&b| x.iter().map(move |&a| (a, b))).map(|(a, b)| node(a, b)).collect())
 }
 
-/// Positions of nodes of a contact `grid` on the surface of a mesh, as [`surface_points`] has it, m; none where they are nodes of
-/// the mesh.
+/// Positions of nodes of a contact `grid` on the surface of a mesh, as [`surface_points`] has it, m; none where they
+/// are nodes of the mesh.
 pub(super) fn beside_nodes(mesh: &Mesh, grid: &ContactGrid, tilt: f64) -> Result<Vec<[f64; 3]>> {
     match &grid.transfer {
         Some(Transfer::Averages { .. } | Transfer::DiscAverage { .. }) => {

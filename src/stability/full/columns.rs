@@ -87,7 +87,7 @@ impl Columns {
         (0..width / 2).map(both).collect()
     }
 
-    /// out += Σ_i factors[i] column_i, with factors for each vector of the first columns.
+    /// out += Σ_i factors`[i]` column_i, with factors for each vector of the first columns.
     pub fn add(&self, factors: &[Vec<C>], out: &mut Reals) {
         let count = factors.first().map_or(0, Vec::len);
         let width = out.width();
