@@ -59,10 +59,10 @@ trait Law: Remembers + std::fmt::Display {
     fn fault(&self) -> Option<(&'static str, String)>;
 }
 
-/// The table of laws: name of the type, of the file (and of the key in a job), and the formula.
+/// The table of laws: name of the variant, of the type, of the file (and of the key in a job), and the formula.
 macro_rules! laws {
-    ($($law:ident: $file:ident, $formula:literal;)*) => {
-        $(mod $file; pub use $file::$law;)*
+    ($($law:ident($type:ident): $file:ident, $formula:literal;)*) => {
+        $(mod $file; pub use $file::$type;)*
 
         /// Friction that depends on the sliding velocity: the law and its parameters.
         #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -70,7 +70,7 @@ macro_rules! laws {
         pub enum VaryingFriction {
             $(
                 #[doc = $formula]
-                $law($law),
+                $law($type),
             )*
         }
 
@@ -90,8 +90,8 @@ macro_rules! laws {
             }
         }
 
-        $(impl From<$law> for FrictionLaw {
-            fn from(law: $law) -> Self {
+        $(impl From<$type> for FrictionLaw {
+            fn from(law: $type) -> Self {
                 Self::Varying(VaryingFriction::$law(law))
             }
         })*
@@ -99,12 +99,12 @@ macro_rules! laws {
 }
 
 laws! {
-    Exponential: exponential, "mu(v) = kinetic + (static - kinetic) exp(-v / decay_velocity).";
-    Rational: rational, "mu(v) = kinetic + (static - kinetic) / (1 + v / half_velocity).";
-    DoubleExponential: double_exponential, "mu(v) falls from static to kinetic by two exponential terms.";
-    Linear: linear, "mu(v) = kinetic + (static - kinetic) max(0, 1 - v / end_velocity).";
-    Kraft: kraft, "mu(v) = static (1 - exp(-0.138 m/s / v) / 2 - exp(-6.9 m/s / v) / 2).";
-    FrictionTable: table, "mu(v) along straight lines between the points of a table.";
+    Exponential(Exponential): exponential, "mu(v) = kinetic + (static - kinetic) exp(-v / decay_velocity).";
+    Rational(Rational): rational, "mu(v) = kinetic + (static - kinetic) / (1 + v / half_velocity).";
+    DoubleExponential(DoubleExponential): double_exponential, "mu(v) falls from static to kinetic by two exponential terms.";
+    Linear(Linear): linear, "mu(v) = kinetic + (static - kinetic) max(0, 1 - v / end_velocity).";
+    Kraft(Kraft): kraft, "mu(v) = static (1 - exp(-0.138 m/s / v) / 2 - exp(-6.9 m/s / v) / 2).";
+    Table(FrictionTable): table, "mu(v) along straight lines between the points of a table.";
 }
 
 impl FrictionLaw {

@@ -19,6 +19,21 @@ const CHUNK: u128 = 32 << 20;
 const ROOM: u64 = 64 << 20;
 
 /// An open result file. Errors name the file and the dataset.
+///
+/// ```
+/// use railsqueal::output::Reader;
+/// use std::path::Path;
+///
+/// /// Growth rates, 1/s, and frequencies, Hz, of a result.
+/// fn eigenvalues(file: &Path) -> railsqueal::Result<[Vec<f64>; 2]> {
+///     let result = Reader::open(file)?;
+///     let (_, growth) = result.numbers("stability/growth_rate")?;
+///     let (_, frequency) = result.numbers("stability/frequency")?;
+///     Ok([growth, frequency])
+/// }
+/// let error = eigenvalues(Path::new("none.h5")).unwrap_err();
+/// assert!(error.message().contains("none.h5"));
+/// ```
 pub struct Reader {
     file: hdf5::File,
     path: PathBuf,

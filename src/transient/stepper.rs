@@ -80,6 +80,49 @@ pub struct State {
 }
 
 /// Advances a [`State`] in time.
+///
+/// ```
+/// use faer::Mat;
+/// use railsqueal::contact::{ContactCreepage, NormalLoad};
+/// use railsqueal::friction::FrictionLaw;
+/// use railsqueal::grid::Interface;
+/// use railsqueal::model::ModalMatrix;
+/// use railsqueal::transient::{ContactSolver, Loading, Model, Scheme, Settings, State, Stepper};
+///
+/// // A point that yields by 10 nm/N on a belt, under 100 N: it sticks, then it slides under μN.
+/// let interface = Interface::points(vec![0.0], vec![[0.0; 2]])?;
+/// let residual = Mat::from_fn(3, 3, |i, j| if i == j { 1e-8 } else { 0.0 });
+/// let modes = Mat::<f64>::zeros(3, 0);
+/// let model = Model {
+///     interface: &interface,
+///     residual: residual.as_ref(),
+///     modes: modes.as_ref(),
+///     omega: &[],
+///     stiffness: ModalMatrix::squares(&[]),
+///     damping: Vec::new().into(),
+///     turning: None,
+///     load: &[],
+/// };
+/// // The belt runs with the creepage times the speed, 0.01 m/s.
+/// let creepage = ContactCreepage { longitudinal: 0.01, ..ContactCreepage::default() };
+/// let settings = Settings {
+///     scheme: Scheme { step: 1e-5, theta: 0.5 },
+///     friction: FrictionLaw::Constant(0.3),
+///     solver: ContactSolver::Newton,
+///     tolerance: 1e-10,
+///     drive: Loading::constant(NormalLoad::Approach(1e-6), creepage, 1.0),
+/// };
+/// let rest = State::at_rest(&model, &[0.0, 0.0, 100.0], &[1e-6]);
+/// let mut stepper = Stepper::new(model, settings, rest)?;
+/// stepper.advance()?;
+/// assert_eq!(stepper.report().patches[0].stick, 1);
+/// for _ in 0..10 {
+///     stepper.advance()?;
+/// }
+/// let [x, _, z] = stepper.report().patches[0].force;
+/// assert!((x.abs() - 30.0).abs() < 1e-6 && (z + 100.0).abs() < 1e-6);
+/// # Ok::<(), railsqueal::Error>(())
+/// ```
 pub struct Stepper<'a> {
     model: Model<'a>,
     settings: Settings,

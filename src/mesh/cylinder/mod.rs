@@ -23,6 +23,30 @@ pub const MAX_NODES: u64 = 20_000_000;
 
 /// An annular cylinder in lower form: the contact point at the origin, the axis parallel to y at z = -`outer_radius`.
 /// All lengths in m.
+///
+/// ```
+/// use railsqueal::mesh::cylinder::{build, CylinderSpec, DEFAULT_GROWTH};
+///
+/// let ring = CylinderSpec {
+///     inner_radius: 0.1,
+///     outer_radius: 0.2,
+///     thickness: 0.05,
+///     crown_radius: None,
+///     contact_offset: 0.0,
+///     element_size: 0.025,
+///     growth: DEFAULT_GROWTH,
+///     max_element_size: None,
+///     patch_half_length: 0.0,
+///     patch_half_width: 0.0,
+/// };
+/// let mesh = build(&ring)?;
+/// // The contact point is at the origin, the axis at z = −0.2 m.
+/// let highest = mesh.nodes.iter().map(|x| x[2]).fold(f64::NEG_INFINITY, f64::max);
+/// assert!(highest.abs() < 1e-12 && mesh.groups.contains_key("inner"));
+/// // Curved cells of second order are nearly round.
+/// assert!((mesh.volume() / ring.exact_volume() - 1.0).abs() < 1e-3);
+/// # Ok::<(), railsqueal::Error>(())
+/// ```
 #[derive(Debug, Clone, PartialEq)]
 pub struct CylinderSpec {
     /// Radius of the bore.
