@@ -101,7 +101,8 @@ macro_rules! laws {
 laws! {
     Exponential(Exponential): exponential, "mu(v) = kinetic + (static - kinetic) exp(-v / decay_velocity).";
     Rational(Rational): rational, "mu(v) = kinetic + (static - kinetic) / (1 + v / half_velocity).";
-    DoubleExponential(DoubleExponential): double_exponential, "mu(v) falls from static to kinetic by two exponential terms.";
+    DoubleExponential(DoubleExponential): double_exponential,
+        "mu(v) falls from static to kinetic by two exponential terms.";
     Linear(Linear): linear, "mu(v) = kinetic + (static - kinetic) max(0, 1 - v / end_velocity).";
     Kraft(Kraft): kraft, "mu(v) = static (1 - exp(-0.138 m/s / v) / 2 - exp(-6.9 m/s / v) / 2).";
     Table(FrictionTable): table, "mu(v) along straight lines between the points of a table.";
