@@ -63,7 +63,12 @@ pub fn run(
         false => None,
     };
     let adapted = match job.modes_change_along(&wanted.along) {
-        true => Some(RefCell::new(SharedModel::broadcast(world, model.on_root())?)),
+        true => {
+            let mut adapted = SharedModel::broadcast(world, model.on_root())?;
+            // The same to the last bit whatever values of the key came before.
+            adapted.renew();
+            Some(RefCell::new(adapted))
+        }
         false => None,
     };
     let search = Search { job, wanted, model: pair, bodies: adapted.as_ref(), curve: curve.as_ref() };

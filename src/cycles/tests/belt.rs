@@ -430,6 +430,25 @@ fn growing_motions_lead_to_the_cycle_that_is_marched_to() {
     assert!(found.cycle.contacts[0].stick()[0] > 0.01);
 }
 
+/// Columns of the assembled Jacobian at `u` beside central differences of the equations in these steps.
+pub(super) fn beside_differences(equations: &mut Equations<'_, '_>, u: &[f64], columns: &[(usize, f64)]) {
+    let n = equations.size();
+    let contact = equations.derivatives(u).unwrap();
+    let jacobian = equations.assemble(&contact, u).unwrap();
+    for &(column, by) in columns {
+        let mut lack = |by: f64| {
+            let mut u = u.to_vec();
+            u[column] += by;
+            equations.march(&u).unwrap().lack
+        };
+        let [ahead, behind] = [lack(by), lack(-by)];
+        let found: Vec<f64> = (0..n).map(|i| (ahead[i] - behind[i]) / (2.0 * by)).collect();
+        let size = found.iter().map(|f| f * f).sum::<f64>().sqrt();
+        let error = (0..n).map(|i| (found[i] - jacobian[(i, column)]).powi(2)).sum::<f64>().sqrt();
+        assert!(size > 0.0 && error < 1e-3 * size, "column {column}: {error:e} of {size:e}");
+    }
+}
+
 /// The assembled Jacobian beside central differences of the equations, for motions that grow with 5 1/s.
 #[test]
 fn jacobian_is_the_derivative_of_the_equations() {
@@ -442,18 +461,5 @@ fn jacobian_is_the_derivative_of_the_equations() {
     let mut equations = Equations { family: &motions, key: [5.0, 1.0], ..equations };
     let (n, mut u) = (equations.size(), u);
     u[n + 1] = 0.0;
-    let contact = equations.derivatives(&u).unwrap();
-    let jacobian = equations.assemble(&contact, &u).unwrap();
-    for (column, by) in [(1, 1e-4), (2, 1e-4), (n, 1e-5), (n + 1, 1e-2)] {
-        let mut lack = |by: f64| {
-            let mut u = u.clone();
-            u[column] += by;
-            equations.march(&u).unwrap().lack
-        };
-        let [ahead, behind] = [lack(by), lack(-by)];
-        let found: Vec<f64> = (0..n).map(|i| (ahead[i] - behind[i]) / (2.0 * by)).collect();
-        let size = found.iter().map(|f| f * f).sum::<f64>().sqrt();
-        let error = (0..n).map(|i| (found[i] - jacobian[(i, column)]).powi(2)).sum::<f64>().sqrt();
-        assert!(error < 1e-3 * size, "column {column}: {error:e} of {size:e}");
-    }
+    beside_differences(&mut equations, &u, &[(1, 1e-4), (2, 1e-4), (n, 1e-5), (n + 1, 1e-2)]);
 }

@@ -1,6 +1,6 @@
 //! Branches over the damping of a mode, which changes the modes and leaves the contact as it is.
 
-use super::belt::{equations, onset, smooth, BeltModes, FALL};
+use super::belt::{beside_differences, equations, onset, smooth, BeltModes, FALL};
 use super::*;
 use crate::model::ModalDynamics;
 
@@ -73,18 +73,5 @@ fn derivative_by_the_damping_is_that_of_the_equations() {
     let mut equations = Equations { family: &damped, key: [1.0, 1.0], ..equations };
     let n = equations.size();
     u[n + 1] = 0.0;
-    let contact = equations.derivatives(&u).unwrap();
-    let jacobian = equations.assemble(&contact, &u).unwrap();
-    for (column, by) in [(1, 1e-4), (n, 1e-5), (n + 1, 1e-4)] {
-        let mut lack = |by: f64| {
-            let mut u = u.clone();
-            u[column] += by;
-            equations.march(&u).unwrap().lack
-        };
-        let [ahead, behind] = [lack(by), lack(-by)];
-        let found: Vec<f64> = (0..n).map(|i| (ahead[i] - behind[i]) / (2.0 * by)).collect();
-        let size = found.iter().map(|f| f * f).sum::<f64>().sqrt();
-        let error = (0..n).map(|i| (found[i] - jacobian[(i, column)]).powi(2)).sum::<f64>().sqrt();
-        assert!(size > 0.0 && error < 1e-3 * size, "column {column}: {error:e} of {size:e}");
-    }
+    beside_differences(&mut equations, &u, &[(1, 1e-4), (n, 1e-5), (n + 1, 1e-4)]);
 }
