@@ -34,12 +34,18 @@ def test_docstrings_begin_with_nouns_or_verbs(words: ModuleType) -> None:
     assert [fault.split(":")[1] for fault in words.beginnings("a.py", "py", python)] == ["1"]
 
 
-def test_bare_names_and_types_of_one_name_are_counted(words: ModuleType) -> None:
+def test_bare_names_and_types_of_one_name_are_told(words: ModuleType) -> None:
     texts = {
         "src/a.rs": ("rs", ["pub fn of() {}", "fn at() {}", "pub(crate) struct Found;", "pub struct Grid {}"]),
         "src/b.rs": ("rs", ["pub struct Grid;", "    pub fn of(x: f64) {}", "    pub fn offset() {}"]),
     }
-    assert words.counted(texts) == {"of src/a.rs": 1, "Found src/a.rs": 1, "of src/b.rs": 1, "type Grid": 2}
+    bare = "the public name {} says nothing: use a noun for a type, a verb for a function"
+    assert list(words.names(texts)) == [
+        "src/a.rs: " + bare.format("'of'"),
+        "src/a.rs: " + bare.format("'Found'"),
+        "src/b.rs: " + bare.format("'of'"),
+        "2 public types have the name Grid: one name for one type",
+    ]
 
 
 def test_sentences_of_guides_are_short(words: ModuleType) -> None:
