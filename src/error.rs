@@ -53,7 +53,7 @@ impl Error {
     }
 
     /// The variant that [`Error::exit_code`] maps to `code`; rebuilds on every rank the error of one rank.
-    pub fn from_code(code: i32, message: String) -> Self {
+    pub(crate) fn from_code(code: i32, message: String) -> Self {
         match code {
             2 => Error::Job(message),
             3 => Error::Input(message),

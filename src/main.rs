@@ -6,7 +6,7 @@
 mod cli;
 
 use clap::Parser;
-use cli::args::{beside, completion, default_job, manual, Changes, Cli, Command};
+use cli::args::{beside, completion, default_job, manual, Cli, Command, JobChanges};
 use cli::{fit, init, isolated_reader, launch, rank_watchdog, results, versions};
 use mpi::topology::SimpleCommunicator;
 use mpi::traits::{Communicator, CommunicatorCollectives};
@@ -245,7 +245,7 @@ fn run(world: &World, job: &Job, options: &RunOptions, petsc: &[String], stop: &
     Ok(())
 }
 
-fn check(world: &World, path: &Path, changes: &Changes, mesh: Option<&Path>) -> Result<()> {
+fn check(world: &World, path: &Path, changes: &JobChanges, mesh: Option<&Path>) -> Result<()> {
     let job = read(world, path, changes, || job::read_file(path))?;
     examine(world, &job, path, mesh).map_err(|e| with_remarks(&job, e))
 }
@@ -329,7 +329,7 @@ fn plan_of(world: &World, job: &Job, meshes: &Meshes) -> Result<(usize, Option<P
 }
 
 /// Collective: the job, whose `bytes` rank 0 reads, understood by all. `path` names it.
-fn read(world: &World, path: &Path, changes: &Changes, bytes: impl FnOnce() -> Result<Vec<u8>>) -> Result<Job> {
+fn read(world: &World, path: &Path, changes: &JobChanges, bytes: impl FnOnce() -> Result<Vec<u8>>) -> Result<Job> {
     let bytes = world.broadcast(world.on_root(bytes)?.unwrap_or_default());
     let mut job = world.agree(Job::from_bytes(&bytes, path, &changes.sets, changes.only.as_deref()))?;
     curving::resolve(world, &mut job)?;
@@ -338,7 +338,7 @@ fn read(world: &World, path: &Path, changes: &Changes, bytes: impl FnOnce() -> R
 
 /// Collective: prints the equilibrium of the vehicle in the curve of a job, and on request the forces of the
 /// discretised contact.
-fn print_curving(world: &World, path: &Path, changes: &Changes, contact: bool) -> Result<()> {
+fn print_curving(world: &World, path: &Path, changes: &JobChanges, contact: bool) -> Result<()> {
     let job = read(world, path, changes, || job::read_file(path))?;
     if job.curve.is_none() {
         return Err(Error::Job(format!(

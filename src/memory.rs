@@ -35,7 +35,7 @@ impl Limit {
 
     /// The least of the memory the kernel calls available and what is left in the control group of this process and
     /// those above it.
-    pub fn of_system() -> Limit {
+    pub(crate) fn of_system() -> Limit {
         let read = |path: &str| std::fs::read_to_string(path).ok();
         let mut limit = Limit { bytes: f64::INFINITY, source: "the system".into() };
         if let Some(bytes) = read("/proc/meminfo").as_deref().and_then(mem_available) {
@@ -58,7 +58,7 @@ impl Limit {
 /// From here on this process gets no more than so many bytes beside the memory that it can write to now; more is
 /// refused as if there were none. Its next call counts anew. Where the system does not say what the process has,
 /// nothing is limited.
-pub fn confine(bytes: u64) {
+pub(crate) fn confine(bytes: u64) {
     use rustix::process::{getrlimit, setrlimit, Resource, Rlimit};
     let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
     let Some(used) = kibibytes(&status, "VmData:") else { return };

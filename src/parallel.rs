@@ -91,7 +91,7 @@ impl World {
 
     /// Collective: as [`World::on_root`] for work that takes long: the other ranks sleep instead of waiting busily,
     /// and where `wish` becomes true on one of them, `work` learns it from the function that it is given.
-    pub fn on_root_heeding<T>(
+    pub(crate) fn on_root_heeding<T>(
         &self,
         wish: impl Fn() -> bool,
         work: impl FnOnce(&dyn Fn() -> bool) -> Result<T>,
@@ -130,7 +130,7 @@ impl World {
     }
 
     /// Collective: sum over the ranks on this rank's node.
-    pub fn sum_on_node(&self, value: f64) -> f64 {
+    pub(crate) fn sum_on_node(&self, value: f64) -> f64 {
         let mut out = 0.0;
         self.comm.split_shared(self.rank as i32).all_reduce_into(&value, &mut out, SystemOperation::sum());
         out

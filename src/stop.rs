@@ -42,7 +42,7 @@ impl Stop {
     }
 
     /// Returns whether a signal came.
-    pub fn signalled(&self) -> bool {
+    pub(crate) fn signalled(&self) -> bool {
         self.signal.load(Ordering::Relaxed)
     }
 

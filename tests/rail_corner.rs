@@ -4,7 +4,7 @@
 use railsqueal::fem::ElasticMaterial;
 use railsqueal::rails::R60E1;
 use railsqueal::swept::compliance::{pair_of, sum};
-use railsqueal::swept::{turned, BuiltRail, Constant, Forms, LoadCircle, RailTrack, Square, TrackLayer};
+use railsqueal::swept::{rotate_loads, BuiltRail, Constant, Forms, LoadCircle, RailTrack, Square, TrackLayer};
 use std::f64::consts::PI;
 
 const STEEL: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
@@ -38,9 +38,9 @@ fn at_angle(angle: f64) -> BuiltRail {
 
 /// Components (x, y, n) of the middle of the contact in the frame of the upright section.
 fn upright(rail: &BuiltRail, square: &Square) -> [[f64; 3]; 3] {
-    let rows = square.map(|row| turned(row, -rail.contact().angle));
+    let rows = square.map(|row| rotate_loads(row, -rail.contact().angle));
     std::array::from_fn(|j| {
-        let column = turned(std::array::from_fn(|i| rows[i][j]), -rail.contact().angle);
+        let column = rotate_loads(std::array::from_fn(|i| rows[i][j]), -rail.contact().angle);
         [column[0], column[1], column[2]]
     })
 }

@@ -12,7 +12,7 @@ use railsqueal::model::combined_compliance;
 use railsqueal::placement::builtin::{s1002, uic60};
 use railsqueal::placement::read::{read, ProfileKind, Reading};
 use railsqueal::placement::{
-    grid_lines, Creepages, Frame, Gap, Position, Press, RailSide, RollingMotion, WheelPlacement,
+    grid_lines, Creepages, Frame, Gap, HertzLoad, Position, RailSide, RollingMotion, WheelPlacement,
 };
 use std::collections::HashMap;
 use std::path::Path;
@@ -48,7 +48,7 @@ fn roll(side: RailSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
     };
     let placed = placement.place(&s1002().unwrap(), &rail).unwrap();
     let steel = HalfSpace { young: 2.0 * 82e9 * 1.28, poisson: 0.28 };
-    let ellipse = placed.ellipse(0.5 * steel.plane(), Press::Force(row["fn"])).unwrap();
+    let ellipse = placed.ellipse(0.5 * steel.plane(), HertzLoad::Force(row["fn"])).unwrap();
     let frame = placed.centred_frame(ellipse.approach).unwrap();
     let motion = RollingMotion { angular_speed: Some(-row["vpitch"]), ..RollingMotion::free_rolling(2.0) };
     let creepage = placed.creepages(&frame, &motion).unwrap();
@@ -153,7 +153,7 @@ fn tread_and_flange_root_share_a_vertical_force_as_in_contact() {
             near: Some(near),
         };
         let placed = placement.place(&wheel, &rail).unwrap();
-        let ellipse = placed.ellipse(0.5 * steel.plane(), Press::Force(force)).unwrap();
+        let ellipse = placed.ellipse(0.5 * steel.plane(), HertzLoad::Force(force)).unwrap();
         let frame = placed.centred_frame(ellipse.approach).unwrap();
         let motion = RollingMotion { angular_speed: Some(32.1), ..RollingMotion::free_rolling(15.0) };
         let creepage = placed.creepages(&frame, &motion).unwrap();

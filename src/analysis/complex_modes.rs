@@ -175,7 +175,7 @@ fn of_reduced(
                 for (j, f) in forces.iter().enumerate() {
                     all[3 * contact.nodes[j / 3].node + j % 3] = of(f);
                 }
-                bodies.places[place].side.turned(&all)
+                bodies.places[place].side.orient(&all)
             };
             let parts = [part(|f| f.re), part(|f| f.im)];
             let u = recovered(world, bodies, index, &modal[first..first + phi.len()], &parts)?;

@@ -113,14 +113,14 @@ fn displaced(
         let places: Vec<usize> = (0..bodies.places.len()).filter(|&k| bodies.places[k].body == index).collect();
         let (mut forces, mut solutions) = (Vec::new(), Vec::new());
         for &k in &places {
-            forces.extend(bodies.places[k].side.turned(reactions));
+            forces.extend(bodies.places[k].side.orient(reactions));
             solutions.append(&mut u[k]);
         }
         body.improve(&mut solutions, &forces, places.len(), accuracy)?;
         let n = body.len();
         for (j, &k) in places.iter().enumerate() {
             u[k] = solutions[j * n..(j + 1) * n].to_vec();
-            let part = bodies.places[k].side.turned(&body.at_contact(&u[k]));
+            let part = bodies.places[k].side.orient(&body.at_contact(&u[k]));
             product.iter_mut().zip(part).for_each(|(w, d)| *w += d);
         }
     }

@@ -71,7 +71,7 @@ pub fn run(
 }
 
 /// Result that the full system found beside an eigenvalue of the reduced one.
-pub struct Beside {
+pub struct FullComparison {
     /// λ, 1/s.
     pub value: C,
     /// This rank's degrees of freedom of the lower and the upper body, in lower form, of Euclidean norm 1 together.
@@ -80,7 +80,7 @@ pub struct Beside {
     pub amplitudes: Vec<C>,
 }
 
-impl Beside {
+impl FullComparison {
     /// Collective: of what was `found` that which agrees with the reduced eigenvalue of this number, from 1: a
     /// transient of all degrees of freedom begins along it.
     pub fn nearest_to(world: &World, found: FullResult, number: u32) -> Result<Self> {

@@ -5,7 +5,7 @@ use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::contact::baseline::{EllipticContact, Footprint, LinearForce, TotalForceLaw, LAWS};
 use crate::grid::Interface;
 use crate::job::{self, Job, StabilityContact};
-use crate::stability::point::{eigenpairs, partners, Comparison, OfLaw, PointContact};
+use crate::stability::point::{eigenpairs, partners, Comparison, LawSpectrum, PointContact};
 use crate::stability::{grows, listed_pairs, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
@@ -47,7 +47,7 @@ pub(super) fn wanted(examined: &StabilityProblem, found: &StabilityResult) -> Re
         )
     })?;
     let place = Footprint::of_pressure(interface, &state.pressure);
-    let of = |(law, (_, _, force)): (usize, &(_, _, TotalForceLaw))| -> Result<OfLaw> {
+    let of = |(law, (_, _, force)): (usize, &(_, _, TotalForceLaw))| -> Result<LawSpectrum> {
         let friction = LinearForce::new(force, &ellipse, &creepage(contact), contact.speed, &contact.friction);
         let force = friction.force;
         let point =
@@ -55,9 +55,9 @@ pub(super) fn wanted(examined: &StabilityProblem, found: &StabilityResult) -> Re
         let all = eigenpairs(pair, &point, stability.tolerance)?;
         let eigenpairs = listed_pairs(stability, all, found.spectrum.limit);
         let partners = partners(&eigenpairs, &found.spectrum.eigenpairs);
-        Ok(OfLaw { law, force, eigenpairs, partners })
+        Ok(LawSpectrum { law, force, eigenpairs, partners })
     };
-    let laws = LAWS.iter().enumerate().map(of).collect::<Result<Vec<OfLaw>>>()?;
+    let laws = LAWS.iter().enumerate().map(of).collect::<Result<Vec<LawSpectrum>>>()?;
     Ok(Some(Comparison { ellipse, laws }))
 }
 
@@ -65,7 +65,7 @@ pub(super) fn wanted(examined: &StabilityProblem, found: &StabilityResult) -> Re
 /// of.
 pub(super) fn summarise(all: &Comparison, patch: &Spectrum, listed: usize, summary: &mut Summary) {
     let names: Vec<&str> = all.laws.iter().map(|l| LAWS[l.law].1).collect();
-    let unstable = |l: &OfLaw| l.eigenpairs.iter().filter(|e| grows(e.value, e.backward_error)).count();
+    let unstable = |l: &LawSpectrum| l.eigenpairs.iter().filter(|e| grows(e.value, e.backward_error)).count();
     let counts: Vec<String> = all.laws.iter().map(|l| format!("{} by {}", unstable(l), LAWS[l.law].1)).collect();
     summary.line(format!(
         "contact of one point, half-axes {:.2} and {:.2} mm, {:.0} N/um; unstable: {}",
@@ -76,7 +76,7 @@ pub(super) fn summarise(all: &Comparison, patch: &Spectrum, listed: usize, summa
     ));
     summary.value("growth rates, 1/s", format!("patch; {}", names.join("; ")));
     for (i, e) in patch.eigenpairs.iter().enumerate().take(listed) {
-        let of = |l: &OfLaw| l.partner(i).map_or("no such mode".into(), |value| format!("{:+.4}", value.re));
+        let of = |l: &LawSpectrum| l.partner(i).map_or("no such mode".into(), |value| format!("{:+.4}", value.re));
         let beside: Vec<String> = all.laws.iter().map(of).collect();
         summary.value(&format!("{:.3} Hz", e.frequency()), format!("{:+.4}; {}", e.growth_rate(), beside.join("; ")));
     }

@@ -146,7 +146,7 @@ pub(super) fn patch_sizes((bands, air): (Bands, Air), diameter: f64) -> [f64; 2]
 }
 
 /// Sound of recorded modal displacements, on every rank.
-pub struct Sounding {
+pub struct ModalSound {
     /// Name of each body that is heard, by what, how it radiates.
     parts: Vec<(&'static str, Channels, Radiation)>,
     bands: Bands,
@@ -155,7 +155,7 @@ pub struct Sounding {
     welch: Welch,
 }
 
-impl Sounding {
+impl ModalSound {
     /// Collective: of the sound that is `wanted` under `key`, of motions in steps of length `step`, s. The `bodies`
     /// in the places have their mode shapes, and `modes` are those of each that differs.
     pub fn new(

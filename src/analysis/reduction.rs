@@ -117,7 +117,7 @@ impl Reduction {
     }
 
     /// On rank 0: the reduction to `model`.
-    pub fn from_model(model: ReducedModel) -> Self {
+    pub(crate) fn from_model(model: ReducedModel) -> Self {
         Self { root: Some(looked_through(model)), approximate: false }
     }
 

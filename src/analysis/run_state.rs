@@ -1,6 +1,6 @@
 //! Data that the steps of a run compute and later steps use.
 
-use super::full_stability::Beside;
+use super::full_stability::FullComparison;
 use super::reduction::Reduction;
 use super::reuse;
 use super::run::Run;
@@ -11,12 +11,12 @@ use crate::body::TraceModes;
 use crate::case::bodies::BuiltBodies;
 use crate::case::preflight;
 use crate::job::{self, TransientModel};
-use crate::output::datasets::reduced::{self, Origin, Reused};
+use crate::output::datasets::reduced::{self, Origin, ReusedModel};
 use crate::output::{sha256, Table};
 use crate::{Error, Result};
 
 /// The model of an earlier run, where there is one; on rank 0.
-type PriorRun = Option<Option<Reused>>;
+type PriorRun = Option<Option<ReusedModel>>;
 
 /// Data that the steps of a run have computed so far.
 pub struct RunState<'s> {
@@ -37,7 +37,7 @@ pub struct RunState<'s> {
     model: Option<Reduction>,
     found: Option<crate::case::stability_problem::StabilityResult>,
     /// Result that the full system found beside the mode that a full transient begins along.
-    beside: Option<Beside>,
+    beside: Option<FullComparison>,
 }
 
 impl<'s> RunState<'s> {
@@ -113,7 +113,7 @@ impl<'s> RunState<'s> {
     }
 
     /// On rank 0: what an earlier run made, first that of a run that is continued.
-    fn made_earlier(&self) -> Option<&Reused> {
+    fn made_earlier(&self) -> Option<&ReusedModel> {
         self.kept.as_ref().or(self.reused.as_ref())?.as_ref()
     }
 
@@ -185,7 +185,7 @@ impl<'s> RunState<'s> {
         // A run that is continued goes on with the model that it was begun with; what is made of matrices is the same
         // again.
         if options.resume && !job.by_matrices() {
-            self.kept = Some(world.on_root(|| transient::kept::read(run.segments()?, job))?);
+            self.kept = Some(world.on_root(|| transient::stored_model::read(run.segments()?, job))?);
         }
         Ok(())
     }
@@ -240,7 +240,7 @@ impl<'s> RunState<'s> {
         }
         // Shapes that were kept are those of the model.
         if options.resume && self.shapes.is_none() {
-            transient::kept::align(world, &mut self.bodies, &model)?;
+            transient::stored_model::align(world, &mut self.bodies, &model)?;
         }
         // A compliance that is only near the true one is of no use to another run.
         let whole = (options.reuse.is_none() || earlier.own || made) && !model.approximate;
@@ -279,7 +279,7 @@ impl<'s> RunState<'s> {
         let transient = run.job.analyses.transient.as_ref().filter(|t| t.model == TransientModel::Full);
         let begun = transient.and_then(|t| t.start.mode).filter(|_| !run.options.resume);
         if let (Some(full), Some(number)) = (full, begun) {
-            self.beside = Some(Beside::nearest_to(run.world(), full, number)?);
+            self.beside = Some(FullComparison::nearest_to(run.world(), full, number)?);
         }
         Ok(())
     }

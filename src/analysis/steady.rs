@@ -102,7 +102,7 @@ fn loaded(bodies: &BuiltBodies, solved: Option<(&Interface, &SteadySolution)>) -
             .flat_map(|i| [r.traction[i][0], r.traction[i][1], r.pressure[i]].map(|v| v * s.weight[i]))
             .collect()
     });
-    let of = |place: &Place| bodies.fields(place.body)?.statics(&place.side.turned(&reactions), 1);
+    let of = |place: &Place| bodies.fields(place.body)?.statics(&place.side.orient(&reactions), 1);
     bodies.places.iter().map(of).collect()
 }
 

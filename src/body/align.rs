@@ -5,8 +5,8 @@
 use super::clusters::CLUSTER_GAP;
 use faer::{Mat, MatRef};
 
-/// The columns times the matrix `turn`, given by columns, `[m, m]`.
-pub fn turned(vectors: &[Vec<f64>], turn: &[f64]) -> Vec<Vec<f64>> {
+/// The columns times the matrix `rotation`, given by columns, `[m, m]`.
+pub fn apply_alignment(vectors: &[Vec<f64>], rotation: &[f64]) -> Vec<Vec<f64>> {
     let sum = |factors: &[f64]| {
         let mut sum = vec![0.0; vectors.first().map_or(0, Vec::len)];
         for (vector, t) in vectors.iter().zip(factors).filter(|(_, t)| **t != 0.0) {
@@ -14,11 +14,11 @@ pub fn turned(vectors: &[Vec<f64>], turn: &[f64]) -> Vec<Vec<f64>> {
         }
         sum
     };
-    turn.chunks_exact(vectors.len().max(1)).map(sum).collect()
+    rotation.chunks_exact(vectors.len().max(1)).map(sum).collect()
 }
 
 /// The matrix T, by columns, `[m, m]`, for which `now` T is `kept`; both `[3n, m]`, 1/√kg.
-pub fn turn(now: MatRef<'_, f64>, kept: MatRef<'_, f64>, omega: &[f64]) -> std::result::Result<Vec<f64>, String> {
+pub fn alignment(now: MatRef<'_, f64>, kept: MatRef<'_, f64>, omega: &[f64]) -> std::result::Result<Vec<f64>, String> {
     let m = omega.len();
     if now.shape() != kept.shape() || kept.ncols() != m {
         return Err(format!("{:?} rows and modes, {:?} then", now.shape(), kept.shape()));
@@ -68,13 +68,13 @@ mod tests {
             2 => -s * kept[(i, 1)] + c * kept[(i, 2)],
             _ => kept[(i, k)],
         });
-        let t = turn(now.as_ref(), kept.as_ref(), &omega).unwrap();
+        let t = alignment(now.as_ref(), kept.as_ref(), &omega).unwrap();
         let t = Mat::from_fn(4, 4, |i, k| t[i + 4 * k]);
         let error = (&now * &t - &kept).norm_l2();
         assert!(error < 1e-12, "{error:e}");
         assert_eq!((t[(0, 0)].signum(), t[(0, 1)]), (-1.0, 0.0));
         let other = Mat::from_fn(12, 4, |i, k| ((3 * i + 5 * k) as f64).cos());
-        assert!(turn(other.as_ref(), kept.as_ref(), &omega).unwrap_err().contains("at 1.59 Hz"));
+        assert!(alignment(other.as_ref(), kept.as_ref(), &omega).unwrap_err().contains("at 1.59 Hz"));
     }
 
     /// A pair of equal frequencies whose plane comes out turned, the motion of the contact being only a part of the
@@ -89,8 +89,8 @@ mod tests {
             _ => -shapes[(i, 2)],
         });
         let columns = |m: &Mat<f64>| (0..3).map(|k| m.col(k).iter().copied().collect::<Vec<f64>>()).collect::<Vec<_>>();
-        let t = turn(now.as_ref().subrows(0, 6), shapes.as_ref().subrows(0, 6), &[20.0, 20.0, 30.0]).unwrap();
-        for (found, kept) in turned(&columns(&now), &t).iter().zip(columns(&shapes)) {
+        let t = alignment(now.as_ref().subrows(0, 6), shapes.as_ref().subrows(0, 6), &[20.0, 20.0, 30.0]).unwrap();
+        for (found, kept) in apply_alignment(&columns(&now), &t).iter().zip(columns(&shapes)) {
             assert!(found.iter().zip(&kept).all(|(a, b)| (a - b).abs() < 1e-13), "{found:?} for {kept:?}");
         }
     }

@@ -169,7 +169,7 @@ impl AveragedTrace {
 
     /// Collective: ψ̂ = Γ⁻¹⟨ωπ, φ⟩ of `count` modes, `[9T, count]` on rank 0; `mode(k)` are this rank's degrees of
     /// freedom.
-    pub fn averaged_modes<'v>(
+    pub(crate) fn averaged_modes<'v>(
         &self,
         world: &World,
         count: usize,

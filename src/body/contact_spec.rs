@@ -9,7 +9,7 @@ pub struct ContactSpec<'a, P> {
     /// Lines of the contact grid along x and y, m.
     pub lines: [&'a [f64]; 2],
     /// Angle of the frame of the contact about x, rad: of a body of revolution against that of the axle, as
-    /// [`turned`](crate::swept::turned) has it; of a rail against the upright section.
+    /// [`rotate_loads`](crate::swept::rotate_loads) has it; of a rail against the upright section.
     pub tilt: f64,
     /// Place on the section; none: the contact point of the section itself.
     pub place: Option<P>,

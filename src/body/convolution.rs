@@ -13,8 +13,8 @@ mod product;
 
 use super::half_space::{is_uniform, HalfSpace};
 use crate::{Error, Result};
+use product::KernelSpectrum;
 pub use product::Product;
-use product::Transformed;
 
 /// Forces and moments that a motion of the whole answers: (1, x, y) times (x, y, n).
 const LOADS: usize = 9;
@@ -34,9 +34,9 @@ pub struct Convolution {
     kernel: Vec<Block>,
     /// A, `[9, 9]`, index 3·(of 1, x, y) + (x, y, n); none where there is nothing beside k.
     whole: Option<[[f64; LOADS]; LOADS]>,
-    double: OnceLock<Arc<Transformed<f64>>>,
-    single: OnceLock<Arc<Transformed<f32>>>,
-    inverse: OnceLock<Arc<Transformed<f32>>>,
+    double: OnceLock<Arc<KernelSpectrum<f64>>>,
+    single: OnceLock<Arc<KernelSpectrum<f32>>>,
+    inverse: OnceLock<Arc<KernelSpectrum<f32>>>,
     /// Data that [`along`](Self::along) takes from.
     lines: OnceLock<[Vec<[f64; 2]>; 2]>,
 }
@@ -136,7 +136,7 @@ impl Convolution {
 
     /// The convolution that another matrix `w` on the same grid is; some columns alone are looked at to see whether
     /// it is one.
-    pub fn found_again(&self, w: MatRef<'_, f64>) -> Option<Self> {
+    pub(crate) fn found_again(&self, w: MatRef<'_, f64>) -> Option<Self> {
         Self::found(w, &self.x, &self.y, 37)
     }
 
@@ -264,7 +264,7 @@ impl Convolution {
 
     /// The influence on a grid of every second line along x and y, on which a force is spread over as much more: the
     /// mean of that of the nodes about it. None where that would leave too few lines.
-    pub fn coarsened(&self) -> Option<Self> {
+    pub(crate) fn coarsened(&self) -> Option<Self> {
         let every = |x: &[f64]| -> Vec<f64> { x.iter().copied().step_by(2).collect() };
         let (x, y) = (every(&self.x), every(&self.y));
         let ([nx, ny], [cx, cy]) = (self.shape(), [x.len(), y.len()]);
@@ -333,7 +333,7 @@ impl Convolution {
 
     /// Products in double precision, good to rounding.
     pub fn exact(&self) -> Product<'_, f64> {
-        Product::new(self, self.double.get_or_init(|| Arc::new(Transformed::new(self))), self.whole.as_ref())
+        Product::new(self, self.double.get_or_init(|| Arc::new(KernelSpectrum::new(self))), self.whole.as_ref())
     }
 
     /// Products in single precision with k alone; [`add_whole`](Self::add_whole) has the rest.
@@ -344,13 +344,13 @@ impl Convolution {
     /// Approximate inverse of the part of the kernel that is normal to the surface, for products of the component 2
     /// alone: by the inverse of its spectrum (E. A. H. Vollebregt, J. Tribol. 136 (2014)). Displacements of some
     /// nodes, 0 elsewhere, give about the forces on them.
-    pub fn inverse_normal(&self) -> Product<'_, f32> {
+    pub(crate) fn inverse_normal(&self) -> Product<'_, f32> {
         let make = || Arc::new(self.single().inverse_normal());
         Product::new(self, self.inverse.get_or_init(make), None)
     }
 
-    fn single(&self) -> &Transformed<f32> {
-        self.single.get_or_init(|| Arc::new(Transformed::new(self)))
+    fn single(&self) -> &KernelSpectrum<f32> {
+        self.single.get_or_init(|| Arc::new(KernelSpectrum::new(self)))
     }
 }
 

@@ -87,7 +87,7 @@ impl<'p> Elements<'p> {
 
     /// The same body rotating about `axis`, about which it is one of revolution by the way it is made, however coarse
     /// its facets.
-    pub fn made_round(self, axis: Axis) -> Self {
+    pub(crate) fn made_round(self, axis: Axis) -> Self {
         Self { axis: Some(axis), ..self }
     }
 

@@ -176,7 +176,7 @@ impl FeBody {
     }
 
     /// Collective: values of the owned nodes, `[owned]`, completed by those of the ghosts, `[node_ids.len()]`.
-    pub fn at_all_nodes(&self, world: &World, owned: &[f64]) -> Vec<f64> {
+    pub(crate) fn at_all_nodes(&self, world: &World, owned: &[f64]) -> Vec<f64> {
         let mut all = owned.to_vec();
         all.extend(self.node_ghosts.fetch(world, owned));
         all

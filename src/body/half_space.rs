@@ -173,7 +173,12 @@ impl<'w> HalfSpaceBody<'w> {
     }
 
     /// The same with several contacts, which rank 0 gives.
-    pub fn with_contacts(world: &'w World, name: &str, material: HalfSpace, contacts: &[HalfSpaceContact]) -> Self {
+    pub(crate) fn with_contacts(
+        world: &'w World,
+        name: &str,
+        material: HalfSpace,
+        contacts: &[HalfSpaceContact],
+    ) -> Self {
         let count = world.broadcast(vec![contacts.len() as u64]).first().map_or(0, |&n| n as usize);
         let line = |k: usize, c: usize| world.broadcast(contacts.get(k).map_or(Vec::new(), |of| of.lines[c].to_vec()));
         let grids = (0..count).map(|k| [line(k, 0), line(k, 1)]).collect();

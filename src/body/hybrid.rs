@@ -7,7 +7,7 @@ use super::half_space::HalfSpace;
 use super::positivity::refuse_negative;
 use crate::parallel::World;
 use crate::swept::compliance::{pair_of, put, sum};
-use crate::swept::{turned_between, Constant, Forms, HalfSpaceLoad, LoadCircle, Path, SectionContact};
+use crate::swept::{rotate_load_pairs_between, Constant, Forms, HalfSpaceLoad, LoadCircle, Path, SectionContact};
 use crate::{Error, Result};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -40,7 +40,7 @@ pub(super) fn statics(omega: &[f64], seen: MatRef<'_, f64>) -> Mat<f64> {
 }
 
 /// Radius of the circle of the loads on a grid with these lines along x and y, m.
-pub fn circle_radius(grid: [&[f64]; 2]) -> f64 {
+pub(crate) fn circle_radius(grid: [&[f64]; 2]) -> f64 {
     let half = |lines: &[f64]| 0.5 * (lines[lines.len() - 1] - lines[0]);
     CIRCLE * half(grid[0]).min(half(grid[1]))
 }
@@ -56,7 +56,7 @@ pub fn expansion(grid: &Lines) -> Mat<f64> {
 }
 
 /// π of the rows of several contacts, stacked, and of the nine functions of each: block diagonal, `[3n, 9T]`.
-pub fn expansions(grids: &[Lines]) -> Mat<f64> {
+pub(crate) fn expansions(grids: &[Lines]) -> Mat<f64> {
     let mut pi = Mat::zeros(grids.iter().map(rows).sum(), LOADS * grids.len());
     let mut first = 0;
     for (c, [x, y]) in grids.iter().enumerate() {
@@ -240,7 +240,7 @@ impl Hybrid {
     }
 
     /// Sets the compliance beside the half-space, which was computed before.
-    pub fn adopt(&mut self, constant: Mat<f64>) {
+    pub(crate) fn adopt(&mut self, constant: Mat<f64>) {
         self.constant = Some(constant);
     }
 
@@ -339,7 +339,7 @@ fn in_frames(all: &Mat<f64>, tilts: &[f64]) -> Mat<f64> {
     let mut turned = all.clone();
     for (c, &one) in tilts.iter().enumerate() {
         for (d, &other) in tilts.iter().enumerate() {
-            put(&mut turned, [c, d], &turned_between(&pair_of(all.as_ref(), [c, d]), [one, other]));
+            put(&mut turned, [c, d], &rotate_load_pairs_between(&pair_of(all.as_ref(), [c, d]), [one, other]));
         }
     }
     turned
@@ -369,7 +369,7 @@ pub(super) fn matrix(half_space: &HalfSpace, beside: &Mat<f64>, grids: &[Lines])
 }
 
 /// Adds π D πᵀ, D = `beside`, to a matrix of the contact rows, `[3n, 3n]`.
-pub fn add_functions(c: &mut Mat<f64>, pi: &Mat<f64>, beside: MatRef<'_, f64>) {
+pub(crate) fn add_functions(c: &mut Mat<f64>, pi: &Mat<f64>, beside: MatRef<'_, f64>) {
     let half = pi * beside;
     matmul(c.as_mut(), Accum::Add, half.as_ref(), pi.transpose(), 1.0, Par::Seq);
 }

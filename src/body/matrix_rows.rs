@@ -3,7 +3,7 @@
 
 use super::matrices::{BodyMatrices, ContactRow, ASYMMETRY};
 use super::matrix_files::dofs::{self, Dof};
-use super::matrix_files::{self, Format, Labelled, Source};
+use super::matrix_files::{self, Format, LabelledMatrix, Source};
 use super::matrix_market::Csr;
 use crate::job::{self, Component, MatrixDirection, MatrixFile, MatrixFormat};
 use crate::{Error, Result};
@@ -19,7 +19,7 @@ struct Rows {
 
 impl Rows {
     /// The rows by the stiffness and the file of degrees of freedom.
-    fn new(given: &job::Matrices, stiffness: &Labelled) -> Result<Self> {
+    fn new(given: &job::Matrices, stiffness: &LabelledMatrix) -> Result<Self> {
         let Some(file) = given.dofs_file() else {
             return Ok(Self { order: stiffness.matrix.n, dofs: stiffness.dofs.clone() });
         };
@@ -38,8 +38,8 @@ impl Rows {
     }
 
     /// A matrix in the order of these rows.
-    fn place(&self, path: &Path, given: Labelled, stiffness: &Path) -> Result<Csr> {
-        let Labelled { matrix, dofs } = given;
+    fn place(&self, path: &Path, given: LabelledMatrix, stiffness: &Path) -> Result<Csr> {
+        let LabelledMatrix { matrix, dofs } = given;
         let fail = |what: String| Error::Input(format!("{}: {what}", path.display()));
         let Some(own) = dofs else {
             if matrix.n == self.order {

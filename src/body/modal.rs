@@ -175,7 +175,7 @@ impl ModalMatrix {
     }
 
     /// The matrix plus a diagonal, `[m]`.
-    pub fn with_diagonal(mut self, diagonal: &[f64]) -> Self {
+    pub(crate) fn with_diagonal(mut self, diagonal: &[f64]) -> Self {
         match &mut self {
             ModalMatrix::Diagonal(own) => own.iter_mut().zip(diagonal).for_each(|(o, d)| *o += d),
             ModalMatrix::Blocks(blocks) => {
@@ -236,7 +236,7 @@ impl ModalMatrix {
     }
 
     /// True if the modes from `first` to before `end` couple with no other one.
-    pub fn is_diagonal(&self, first: usize, end: usize) -> bool {
+    pub(crate) fn is_diagonal(&self, first: usize, end: usize) -> bool {
         let ModalMatrix::Blocks(blocks) = self else { return true };
         let mut at = 0;
         blocks.iter().all(|b| {

@@ -23,7 +23,7 @@ impl std::fmt::Display for ModeLabel {
 
 impl ModeLabel {
     /// Names of modes of which only the number of waves is known.
-    pub fn of_orders(orders: &[f64]) -> Vec<Self> {
+    pub(crate) fn of_orders(orders: &[f64]) -> Vec<Self> {
         orders.iter().map(|n| Self { order: n.round() as u32, family: String::new() }).collect()
     }
 

@@ -8,7 +8,7 @@
 
 use super::half_space::HalfSpace;
 use super::hybrid::{Compact, LOADS};
-use crate::swept::{turned, turned_between};
+use crate::swept::{rotate_load_pairs_between, rotate_loads};
 use faer::Mat;
 
 /// Numbers of a place with a circle of the radius of reference, the compliance beside the half-space, row by row, and
@@ -42,8 +42,8 @@ pub struct PlaceTable {
 /// Numbers of `compact` in axes of the body, against which its contact is turned by `tilt`, rad.
 fn in_axes(compact: &Compact, tilt: f64) -> Vec<f64> {
     let square = std::array::from_fn(|i| std::array::from_fn(|j| compact.beside[(i, j)]));
-    let square = turned_between(&square, [-tilt; 2]);
-    let mode = |k: usize| turned(std::array::from_fn(|c| compact.seen[(c, k)]), -tilt);
+    let square = rotate_load_pairs_between(&square, [-tilt; 2]);
+    let mode = |k: usize| rotate_loads(std::array::from_fn(|c| compact.seen[(c, k)]), -tilt);
     let modes = (0..compact.seen.ncols()).flat_map(mode);
     square.into_iter().flatten().chain(modes).collect()
 }
@@ -93,10 +93,10 @@ impl PlaceTable {
         let values = self.values(y, radius);
         let (square, modes) = values.split_at(LOADS * LOADS);
         let square = std::array::from_fn(|i| std::array::from_fn(|j| square[LOADS * i + j]));
-        let square = turned_between(&square, [tilt; 2]);
+        let square = rotate_load_pairs_between(&square, [tilt; 2]);
         let mut seen = Mat::zeros(LOADS, self.modes);
         for (k, mode) in modes.chunks_exact(LOADS).enumerate() {
-            let mode = turned(std::array::from_fn(|c| mode[c]), tilt);
+            let mode = rotate_loads(std::array::from_fn(|c| mode[c]), tilt);
             (0..LOADS).for_each(|c| seen[(c, k)] = mode[c]);
         }
         let beside = Mat::from_fn(LOADS, LOADS, |i, j| square[i][j]);
@@ -164,8 +164,8 @@ mod tests {
     fn cubic(y: f64, radius: f64, tilt: f64, curve: impl Fn(f64) -> f64) -> Compact {
         let value = |k: usize| (1.0 + 0.1 * k as f64) * curve(y);
         let square = std::array::from_fn(|i| std::array::from_fn(|j| 1e-9 * value(i + j)));
-        let square = turned_between(&square, [tilt; 2]);
-        let mode = turned(std::array::from_fn(|c| value(c) * (1.0 + y * radius * radius)), tilt);
+        let square = rotate_load_pairs_between(&square, [tilt; 2]);
+        let mode = rotate_loads(std::array::from_fn(|c| value(c) * (1.0 + y * radius * radius)), tilt);
         Compact {
             half_space: STEEL,
             beside: Mat::from_fn(LOADS, LOADS, |i, j| square[i][j]),

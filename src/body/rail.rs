@@ -12,7 +12,7 @@ use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, contact_functions, limit_of, of_order};
 use crate::swept::waves::{self, Member, RailDamping, RailMode};
 use crate::swept::{
-    family_shares, infinite, turned, ContactModeData, DiscreteSupports, DisplayMesh, Forms, HeadPoint, Infinite,
+    family_shares, infinite, rotate_loads, ContactModeData, DiscreteSupports, DisplayMesh, Forms, HeadPoint, Infinite,
     LineLoad, PictureModes,
 };
 use crate::swept::{RailTrack, SectionContact, LOADS};
@@ -203,14 +203,14 @@ impl<'w> RailOnTrack<'w> {
         if !same || !found.forms.is_elsewhere(&self.forms, angle) {
             return None;
         }
-        let turned: Vec<RailMode> = found.all.iter().map(|wave| wave.turned(angle)).collect();
-        let counts: Vec<usize> = turned.iter().map(|wave| wave.omega.len()).collect();
+        let rotated: Vec<RailMode> = found.all.iter().map(|wave| wave.rotated(angle)).collect();
+        let counts: Vec<usize> = rotated.iter().map(|wave| wave.omega.len()).collect();
         let contacts = self.contacts();
         let contact = by_ranks(self.world, &counts, LOADS * contacts.len(), |k| {
-            let RailMode { order, vectors, .. } = &turned[k];
+            let RailMode { order, vectors, .. } = &rotated[k];
             contact_functions(vectors.as_ref(), &self.loads(&contacts, *order))
         });
-        let all = turned.into_iter().zip(contact).map(|(wave, contact)| RailMode { contact, ..wave }).collect();
+        let all = rotated.into_iter().zip(contact).map(|(wave, contact)| RailMode { contact, ..wave }).collect();
         Some((found, all))
     }
 
@@ -259,7 +259,7 @@ impl<'w> RailOnTrack<'w> {
                 let phase = self.forms.path.wavenumber(wave.order) * contact.along();
                 let shares = family_shares(wave.order, phase, family);
                 let own = std::array::from_fn(|a| shares[a] * wave.contact[(LOADS * c + a, index)]);
-                let seen = turned(own, self.places[c].tilt - contact.angle());
+                let seen = rotate_loads(own, self.places[c].tilt - contact.angle());
                 (0..LOADS).for_each(|a| found[(LOADS * c + a, k)] = seen[a]);
             }
         }

@@ -17,7 +17,7 @@ use crate::fem::ElasticMaterial;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, contact_functions, limit_of, of_order};
 use crate::swept::{
-    turned, Attachment, ContactModeData, EdgeSprings, Forms, FourierModes, HalfSections, LineLoad, Prestress,
+    rotate_loads, Attachment, ContactModeData, EdgeSprings, Forms, FourierModes, HalfSections, LineLoad, Prestress,
     SectionSource, LOADS,
 };
 use crate::swept::{Bearing, DisplayMesh, Mirror, Outline, OutlineModes, PictureModes, RunningPlace, SectionContact};
@@ -50,8 +50,8 @@ pub struct RevolvedSpec<'a> {
     pub rotates: bool,
     /// Its contacts.
     pub contacts: &'a [ContactSpec<'a, RunningPlace>],
-    /// Angle of the frame in which it is shown against that of the axle, about x, rad, as [`turned`] has it: that of
-    /// its contact, where it has one alone.
+    /// Angle of the frame in which it is shown against that of the axle, about x, rad, as [`rotate_loads`] has it: that
+    /// of its contact, where it has one alone.
     pub tilt: f64,
 }
 
@@ -179,7 +179,7 @@ impl<'w> Swept<'w> {
         let mut all = Mat::zeros(LOADS * contacts.len(), list.len());
         for (k, mode) in list.iter().enumerate() {
             for (c, contact) in contacts.iter().enumerate() {
-                let seen = turned(mode.contact_motion(c, contact.along()), tilts[c]);
+                let seen = rotate_loads(mode.contact_motion(c, contact.along()), tilts[c]);
                 (0..LOADS).for_each(|a| all[(LOADS * c + a, k)] = seen[a]);
             }
         }

@@ -49,17 +49,12 @@ impl Side {
     }
 
     /// E r of contact rows, `[3n]`.
-    pub fn turned(self, rows: &[f64]) -> Vec<f64> {
+    pub(crate) fn orient(self, rows: &[f64]) -> Vec<f64> {
         rows.iter().enumerate().map(|(row, r)| self.sign(row) * r).collect()
     }
 
-    /// E Φ of columns of contact rows, `[3n, m]`.
-    pub fn turned_rows(self, columns: MatRef<'_, f64>) -> Mat<f64> {
-        Mat::from_fn(columns.nrows(), columns.ncols(), |i, k| self.sign(i) * columns[(i, k)])
-    }
-
     /// The factor between component `c` (x, y, z) of a point or a displacement on this side and that of the lower form.
-    pub fn reflection(self, c: usize) -> f64 {
+    pub(crate) fn reflection(self, c: usize) -> f64 {
         if self == Side::Upper && c == 2 {
             -1.0
         } else {
@@ -120,7 +115,7 @@ impl Trace {
     }
 
     /// Returns whether each contact row has degrees of freedom of its own.
-    pub fn is_sparse(&self) -> bool {
+    pub(crate) fn is_sparse(&self) -> bool {
         self.factors.is_none()
     }
 
@@ -247,8 +242,8 @@ mod tests {
 
     #[test]
     fn traction_turns_round_on_the_upper_side_and_pressure_does_not() {
-        assert_eq!(Side::Lower.turned(&[1.0, 2.0, 3.0, 4.0]), [1.0, 2.0, 3.0, 4.0]);
-        assert_eq!(Side::Upper.turned(&[1.0, 2.0, 3.0, 4.0]), [-1.0, -2.0, 3.0, -4.0]);
+        assert_eq!(Side::Lower.orient(&[1.0, 2.0, 3.0, 4.0]), [1.0, 2.0, 3.0, 4.0]);
+        assert_eq!(Side::Upper.orient(&[1.0, 2.0, 3.0, 4.0]), [-1.0, -2.0, 3.0, -4.0]);
         assert_eq!(Side::named("upper"), Some(Side::Upper));
         assert_eq!(Side::named("left"), None);
     }

@@ -13,7 +13,7 @@ const TOO_HEAVY: f64 = 1.0;
 
 /// Absorbers and ring dampers of a wheel.
 #[derive(Debug, Default)]
-pub(crate) struct Carried {
+pub(crate) struct WheelAttachments {
     /// Rings on its section.
     pub attachments: Vec<Attachment>,
     /// Lines of the summary.
@@ -23,13 +23,13 @@ pub(crate) struct Carried {
 }
 
 /// Absorbers and ring dampers of the body `name` with its section. An error names what does not fit the wheel.
-pub(crate) fn carried(name: &str, body: &job::Body, section: &SectionSource) -> Result<Carried> {
+pub(crate) fn carried(name: &str, body: &job::Body, section: &SectionSource) -> Result<WheelAttachments> {
     if body.absorbers.is_empty() && body.ring_dampers.is_empty() {
-        return Ok(Carried::default());
+        return Ok(WheelAttachments::default());
     }
     let mesh = section.for_modes()?;
     let [wheel, ..] = mesh.inertia(material_of(body)?);
-    let mut carried = Carried::default();
+    let mut carried = WheelAttachments::default();
     for (i, absorber) in body.absorbers.iter().enumerate() {
         let place = place_of(&absorber.place, section)?;
         let omega = 2.0 * PI * absorber.frequency;
@@ -118,8 +118,8 @@ fn place_of(place: &AbsorberPlace, section: &SectionSource) -> Result<[f64; 2]> 
 }
 
 /// Absorbers and ring dampers of all wheels of a job, for `check`.
-pub(crate) fn of_job(job: &Job) -> Result<Carried> {
-    let mut all = Carried::default();
+pub(crate) fn of_job(job: &Job) -> Result<WheelAttachments> {
+    let mut all = WheelAttachments::default();
     for (name, body) in job.bodies() {
         if matches!(body.mesh, Some(MeshSource::Revolved(_))) {
             let found = carried(name, body, &super::swept::section(body)?)?;

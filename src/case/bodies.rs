@@ -24,7 +24,7 @@ use crate::summary::Summary;
 use crate::{Error, Result};
 
 /// Who computes the modes of the job.
-pub fn eigen_method(job: &Job) -> sparse::Method {
+pub(crate) fn eigen_method(job: &Job) -> sparse::Method {
     match job.solver.eigen {
         EigenSolver::Blocks => sparse::Method::Blocks,
         EigenSolver::Slepc => sparse::Method::Slepc,
@@ -58,7 +58,7 @@ impl Place {
 
     /// Vectors in the plane of the contact as the mesh of the body has them in lower form, from their components
     /// along x and y of the contact.
-    pub fn on_mesh(&self, vectors: &[[f64; 2]]) -> Vec<[f64; 3]> {
+    pub(crate) fn on_mesh(&self, vectors: &[[f64; 2]]) -> Vec<[f64; 3]> {
         let tilt = self.grid().and_then(|g| g.transfer.as_ref()).map_or(0.0, Transfer::tilt);
         vectors.iter().map(|&[x, y]| in_contact_frame([x, y, 0.0], -tilt)).collect()
     }
@@ -189,12 +189,12 @@ impl<'p> BuiltBodies<'p> {
     }
 
     /// Returns whether the bodies can be shown on meshes.
-    pub fn on_meshes(&self) -> bool {
+    pub(crate) fn on_meshes(&self) -> bool {
         !self.unique.is_empty() && self.unique.iter().all(|b| b.fields().is_some())
     }
 
     /// Collective: whether the bodies meet on a grid whose nodes are none of their meshes.
-    pub fn on_common_grid(&self, world: &World) -> bool {
+    pub(crate) fn on_common_grid(&self, world: &World) -> bool {
         let beside = self.places.iter().any(|p| !p.laid.is_empty());
         world.max(f64::from(u8::from(beside))) > 0.0
     }
@@ -215,7 +215,7 @@ impl<'p> BuiltBodies<'p> {
     }
 
     /// Frees the mode shapes.
-    pub fn forget_shapes(&mut self) {
+    pub(crate) fn forget_shapes(&mut self) {
         self.unique.iter_mut().filter_map(|b| b.fields_mut()).for_each(|f| drop(f.replace_shapes(None)));
     }
 
@@ -237,7 +237,7 @@ impl<'p> BuiltBodies<'p> {
     }
 
     /// The mode shapes of the body with this index in [`BuiltBodies::unique`].
-    pub fn shapes_of(&self, body: usize) -> Result<&BodyModes> {
+    pub(crate) fn shapes_of(&self, body: usize) -> Result<&BodyModes> {
         let found = self.unique.get(body).and_then(|b| b.shapes());
         found.ok_or_else(|| Error::Defect("a body has no mode shapes".into()))
     }
@@ -252,12 +252,12 @@ impl<'p> BuiltBodies<'p> {
     }
 
     /// On rank 0: the contact grid of the body with this index in [`BuiltBodies::unique`].
-    pub fn grid_of(&self, body: usize) -> Option<&ContactGrid> {
+    pub(crate) fn grid_of(&self, body: usize) -> Option<&ContactGrid> {
         self.places.iter().find(|p| p.body == body).and_then(Place::grid)
     }
 
     /// Collective: writes the meshes alone.
-    pub fn write_shapes(&self, file: &mut ResultFile) -> Result<()> {
+    pub(crate) fn write_shapes(&self, file: &mut ResultFile) -> Result<()> {
         if !self.on_meshes() {
             return Ok(());
         }

@@ -5,7 +5,7 @@ use super::wheel_rail_geometry::{description, material, profile};
 use crate::job::{self, ContactPlaces, ContactWheels, Job, TrackSide};
 use crate::parallel::World;
 use crate::placement::read::ProfileKind;
-use crate::placement::{ContactPlace, Ellipse, MovableWheel, Press};
+use crate::placement::{ContactPlace, Ellipse, HertzLoad, MovableWheel};
 use crate::{Error, Result};
 
 /// Load at which places are looked for, over the given one: a place that is just open has a grid as well.
@@ -79,7 +79,7 @@ fn spread(job: &Job, load: f64) -> Result<Vec<Loaded>> {
             return Ok(0.0);
         }
         let [along, across] = place.curvature;
-        let ellipse = Ellipse::new([[along, 0.0], [0.0, across]], modulus, Press::Approach(approach))?;
+        let ellipse = Ellipse::new([[along, 0.0], [0.0, across]], modulus, HertzLoad::Approach(approach))?;
         Ok(place.share * ellipse.force)
     };
     let under = |wanted: f64| -> Result<Vec<f64>> {

@@ -54,12 +54,12 @@ pub fn endless(job: &Job, reach: f64) -> Result<Option<EndlessRail>> {
 
 impl EndlessRail {
     /// The rail on pads and ballast of another stiffness and loss factor, on the same sleepers.
-    pub fn on_track(&self, track: &job::Track) -> Infinite {
+    pub(crate) fn on_track(&self, track: &job::Track) -> Infinite {
         self.rail.on_track(&continuous_track(track, self.mass), track.loss_factor)
     }
 
     /// Derivatives of rail and track by the logarithms of keys.
-    pub fn log_slopes(&self, track: &job::Track, keys: &[TrackKey]) -> Vec<TrackSlope> {
+    pub(crate) fn log_slopes(&self, track: &job::Track, keys: &[TrackKey]) -> Vec<TrackSlope> {
         let laid = continuous_track(track, self.mass);
         let ballast = laid.sleeper.map(|s| s.ballast);
         keys.iter().map(|key| key.log_slope(laid.pad, ballast, track.loss_factor)).collect()

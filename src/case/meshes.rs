@@ -81,7 +81,7 @@ impl Meshes {
     }
 
     /// The mesh of a body in lower form where the job puts it, whether or not there can be a contact: to be looked at.
-    pub fn as_it_lies(&self, job: &Job, name: &str, body: &job::Body) -> Result<Mesh> {
+    pub(crate) fn as_it_lies(&self, job: &Job, name: &str, body: &job::Body) -> Result<Mesh> {
         let fitting = self.mesh(job, name, body);
         match (&body.mesh, fitting) {
             (_, Ok(meshed)) => Ok(meshed.mesh.clone()),

@@ -37,7 +37,7 @@ pub struct PreflightReport {
 ///
 /// # Errors
 /// As [`of_job`].
-pub fn of_run(job: &Job, meshes: &Meshes, made: bool) -> Result<PreflightReport> {
+pub(crate) fn of_run(job: &Job, meshes: &Meshes, made: bool) -> Result<PreflightReport> {
     let report = if made { of_bodies(job, meshes)? } else { PreflightReport::default() };
     with_files(job, report)
 }

@@ -11,7 +11,7 @@ use crate::summary::Summary;
 use crate::swept::waves::RailDamping;
 use crate::swept::BuiltRail;
 use crate::swept::{
-    AbsorbingEnds, Beam, DiscreteSupports, Drawn, DrawnRail, Path, PlacedRailSection, RailTrack, SleeperLayer,
+    AbsorbingEnds, Beam, DiscreteSupports, DrawnRail, DrawnSection, Path, PlacedRailSection, RailTrack, SleeperLayer,
     TrackLayer,
 };
 use crate::{Error, Result};
@@ -77,7 +77,7 @@ fn given(extruded: &Extruded) -> RailContactPosition {
 /// Its section, with the contact point at a place of its head.
 pub(super) fn section(extruded: &Extruded, at: RailContactPosition) -> Result<PlacedRailSection> {
     let section = match (&extruded.section, extruded.section.built()) {
-        (RailSection::File(file), _) => drawn(file, at).map(PlacedRailSection::Drawn),
+        (RailSection::File(file), _) => drawn(file, at).map(PlacedRailSection::DrawnSection),
         (_, Some(rail)) => built(rail, at).map(PlacedRailSection::Built),
         _ => Err(Error::Defect("a section of a rail that is neither built in nor drawn".into())),
     }?;
@@ -108,7 +108,8 @@ fn drawn(file: &RailFile, at: RailContactPosition) -> Result<DrawnRail> {
     let named = |e: Error| e.context(format!("section {}", file.path.display()));
     let drawing = plane::read(&file.path)?;
     let nodes = drawing.nodes.iter().map(|&[x, y]| [file.scale * y, file.scale * x]).collect();
-    let drawn = Drawn::new(Path::Line(1.0), nodes, &drawing.faces, &drawing.curves, &file.running).map_err(named)?;
+    let drawn =
+        DrawnSection::new(Path::Line(1.0), nodes, &drawing.faces, &drawing.curves, &file.running).map_err(named)?;
     let drawn = Rc::new(if at.right { drawn.mirrored() } else { drawn });
     match at.z {
         Some(z) => DrawnRail::near(drawn, &file.foot, [at.y, z]),

@@ -9,7 +9,7 @@ use crate::contact::SPIN_SPACINGS;
 use crate::grid::{averages, means, ContactGrid, Faces, Transfer};
 use crate::job::{self, Compliance, Job, Load, MeshSource, MOST_NODES};
 use crate::mesh::Mesh;
-use crate::placement::{Ellipse, Press};
+use crate::placement::{Ellipse, HertzLoad};
 use crate::swept::{CylinderSection, SectionSource};
 use crate::{Error, Result};
 
@@ -103,8 +103,8 @@ fn ellipse(job: &Job, contact: &job::Contact, faces: [Option<&Faces>; 2]) -> Res
         relative = [[along, 0.0], [0.0, across]];
     }
     let press = match contact.load() {
-        Load::Normal(force) => Press::Force(force),
-        Load::Approach(approach) => Press::Approach(approach),
+        Load::Normal(force) => HertzLoad::Force(force),
+        Load::Approach(approach) => HertzLoad::Approach(approach),
     };
     Ok(Ellipse::new(relative, 1.0 / compliance, press).ok())
 }

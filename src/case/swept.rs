@@ -13,7 +13,8 @@ use crate::placement::Seat;
 use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::swept::{
-    Bearing, CylinderSection, Drawn, EdgeSprings, Path, RunningPlace, SectionLayer, SectionSource, Wheel, WheelShape,
+    Bearing, CylinderSection, DrawnSection, EdgeSprings, Path, RunningPlace, SectionLayer, SectionSource, Wheel,
+    WheelShape,
 };
 use crate::{Error, Result};
 use std::rc::Rc;
@@ -43,7 +44,7 @@ pub(super) fn section(body: &job::Body) -> Result<SectionSource> {
             if body.profile.is_none() {
                 drawn.refuse_steep(contact_offset)?;
             }
-            SectionSource::Drawn { drawn: Rc::new(drawn), offset: contact_offset, mirrored: false }
+            SectionSource::DrawnSection { drawn: Rc::new(drawn), offset: contact_offset, mirrored: false }
         }
         &Section::Cylinder(job::Ring { inner_radius, outer_radius, thickness, crown_radius }) => {
             SectionSource::Cylinder(CylinderSection {
@@ -100,11 +101,11 @@ fn layers<'d>(file: &SectionFile, drawing: &'d Plane) -> Result<Vec<(SectionLaye
 
 /// The drawing in a file, x along the axle and y away from it, with the rolling radius that the job says at y =
 /// `offset`, m.
-fn drawn(file: &SectionFile, offset: f64) -> Result<Drawn> {
+fn drawn(file: &SectionFile, offset: f64) -> Result<DrawnSection> {
     let name = file.path.display();
     let drawing = plane::read(&file.path)?;
     let place = |&[x, y]: &[f64; 2]| [file.scale * y, file.scale * x];
-    let drawn = Drawn::new(
+    let drawn = DrawnSection::new(
         Path::Axle,
         drawing.nodes.iter().map(place).collect(),
         &drawing.faces,
@@ -161,7 +162,7 @@ fn section_at(body: &job::Body, seat: Seat, side: job::TrackSide) -> Result<Sect
         SectionSource::Wheel(wheel) => {
             Ok(SectionSource::Wheel(Wheel { offset, height: Some(seat.z), mirrored: right, ..wheel }))
         }
-        SectionSource::Drawn { drawn, .. } => Ok(SectionSource::Drawn { drawn, offset, mirrored: right }),
+        SectionSource::DrawnSection { drawn, .. } => Ok(SectionSource::DrawnSection { drawn, offset, mirrored: right }),
         SectionSource::Cylinder(_) => Err(Error::Defect("a cylinder has no profile".into())),
     }
 }

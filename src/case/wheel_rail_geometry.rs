@@ -14,8 +14,8 @@ use crate::output::Table;
 use crate::parallel::World;
 use crate::placement::read::{read, ProfileKind, Reading, Vertical};
 use crate::placement::{
-    self, builtin, finer_grid_lines, fitted_grid_lines, rough_grid_lines, Creepages, Ellipse, Frame, Gap, Position,
-    Press, RollingMotion, Seat, WheelPlacement,
+    self, builtin, finer_grid_lines, fitted_grid_lines, rough_grid_lines, Creepages, Ellipse, Frame, Gap, HertzLoad,
+    Position, RollingMotion, Seat, WheelPlacement,
 };
 use crate::{Error, Result};
 
@@ -90,8 +90,8 @@ impl PlacedContact {
         };
         let modulus = 1.0 / (compliance(lower)? + compliance(upper)?);
         let press = match contact.load() {
-            Load::Normal(force) => Press::Force(force),
-            Load::Approach(approach) => Press::Approach(approach),
+            Load::Normal(force) => HertzLoad::Force(force),
+            Load::Approach(approach) => HertzLoad::Approach(approach),
         };
         let ellipse = placed.ellipse(modulus, press).map_err(named)?;
         let frame = placed.centred_frame(ellipse.approach).map_err(named)?;

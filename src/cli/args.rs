@@ -41,7 +41,7 @@ pub enum Command {
         #[arg(value_name = "JOB", required_unless_present = "resume")]
         job: Option<PathBuf>,
         #[command(flatten)]
-        changes: Changes,
+        changes: JobChanges,
         /// Result file [default: beside the job file, with the ending .h5]
         #[arg(short, long, value_name = "FILE.h5")]
         output: Option<PathBuf>,
@@ -67,7 +67,7 @@ pub enum Command {
         #[arg(value_name = "JOB")]
         job: PathBuf,
         #[command(flatten)]
-        changes: Changes,
+        changes: JobChanges,
         /// Write the surfaces of the meshes with their groups, supports and contact nodes, for ParaView and `plot`
         #[arg(long, value_name = "FILE.vtkhdf")]
         mesh: Option<PathBuf>,
@@ -78,7 +78,7 @@ pub enum Command {
         #[arg(value_name = "JOB")]
         job: PathBuf,
         #[command(flatten)]
-        changes: Changes,
+        changes: JobChanges,
         /// Beside the creep law, the forces of the discretised contact at every place
         #[arg(long)]
         contact: bool,
@@ -415,7 +415,7 @@ pub fn manual() -> String {
 
 /// Changes that the command line makes in the job.
 #[derive(Debug, Args)]
-pub struct Changes {
+pub struct JobChanges {
     /// Override a key of the job: dotted path and JSON value (or text), e.g. contact.friction=0.4; repeatable
     #[arg(long = "set", value_name = "KEY=VALUE", allow_hyphen_values = true)]
     pub sets: Vec<String>,

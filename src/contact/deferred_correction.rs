@@ -42,7 +42,7 @@ impl<'a> DeferredSteady<'a> {
     }
 
     /// The next reactions to be multiplied by W: N, `[3n]`.
-    pub fn propose(&mut self) -> Result<Vec<f64>> {
+    pub(crate) fn propose(&mut self) -> Result<Vec<f64>> {
         if self.proposed.is_some() {
             self.assume();
         }

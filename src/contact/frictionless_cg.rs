@@ -3,7 +3,7 @@
 //! preconditioned by the factor of a first guess of the contact or by the inverse of the spectrum.
 
 use super::influence::Influence;
-use super::linear::{NormalBlock, NormalFactor, OfAll, LARGE};
+use super::linear::{ComponentProduct, NormalBlock, NormalFactor, LARGE};
 use super::loads::{Loads, NormalLoad};
 use super::normal::{first_guess, NormalSolution};
 use crate::dense::{add_scattered, dot};
@@ -45,7 +45,7 @@ pub(super) struct FrictionlessSolution<'a, 's> {
 enum Compliance<'a> {
     /// Column after column, over the number beside it, m/N.
     Dense(Vec<f32>, f64),
-    Convolution(&'a Convolution, Box<OfAll<'a>>),
+    Convolution(&'a Convolution, Box<ComponentProduct<'a>>),
 }
 
 impl<'a, 's> FrictionlessSolution<'a, 's> {
@@ -60,9 +60,10 @@ impl<'a, 's> FrictionlessSolution<'a, 's> {
         let nodes = near(patch, &guess);
         let large = guess.len() > LARGE;
         let (product, factor) = match w {
-            Influence::Convolution(c) if large => {
-                (Compliance::Convolution(c, Box::new(OfAll::new(c.fast(), s.len()))), NormalFactor::of_spectrum(c))
-            }
+            Influence::Convolution(c) if large => (
+                Compliance::Convolution(c, Box::new(ComponentProduct::new(c.fast(), s.len()))),
+                NormalFactor::of_spectrum(c),
+            ),
             _ => {
                 let m = nodes.len();
                 let unit = nodes.iter().map(|&i| entry(i, i).abs()).fold(f64::MIN_POSITIVE, f64::max);

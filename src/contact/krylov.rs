@@ -5,7 +5,7 @@
 use crate::dense::dot;
 
 /// Result of [`gmres`].
-pub(crate) struct Solved {
+pub(crate) struct GmresResult {
     /// Solution.
     pub x: Vec<f64>,
     /// Image of the solution as `apply` returned it beside the residual rows (see there).
@@ -25,11 +25,11 @@ pub(crate) fn gmres(
     limit: usize,
     mut precondition: impl FnMut(&[f64]) -> Vec<f64>,
     mut apply: impl FnMut(&[f64]) -> (Vec<f64>, Vec<f64>),
-) -> Solved {
+) -> GmresResult {
     let norm_b = dot(b, b).sqrt();
     if norm_b == 0.0 {
         let (_, image) = apply(b);
-        return Solved { x: b.to_vec(), image, relative: 0.0, products: 1 };
+        return GmresResult { x: b.to_vec(), image, relative: 0.0, products: 1 };
     }
     let mut basis = vec![b.iter().map(|v| v / norm_b).collect::<Vec<f64>>()];
     let (mut directions, mut images) = (Vec::<Vec<f64>>::new(), Vec::<Vec<f64>>::new());
@@ -97,7 +97,7 @@ pub(crate) fn gmres(
     };
     let x = combine(&directions, b.len());
     let image = combine(&images, images.first().map_or(0, Vec::len));
-    Solved { x, image, relative, products: k }
+    GmresResult { x, image, relative, products: k }
 }
 
 #[cfg(test)]

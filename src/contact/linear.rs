@@ -29,17 +29,17 @@ pub(super) enum NormalFactor<'a> {
     /// The same where single precision does not do.
     Double(Llt<f64>, f64),
     /// By the inverse of the spectrum.
-    Spectrum(RefCell<Box<OfAll<'a>>>),
+    Spectrum(RefCell<Box<ComponentProduct<'a>>>),
 }
 
 /// Products of one component, with what goes in and what comes out, of all nodes, `[n]`.
-pub(super) struct OfAll<'a> {
+pub(super) struct ComponentProduct<'a> {
     product: Product<'a, f32>,
     given: Vec<f32>,
     found: Vec<f32>,
 }
 
-impl<'a> OfAll<'a> {
+impl<'a> ComponentProduct<'a> {
     pub fn new(product: Product<'a, f32>, nodes: usize) -> Self {
         Self { product, given: vec![0.0; nodes], found: vec![0.0; nodes] }
     }
@@ -68,7 +68,10 @@ impl<'a> NormalFactor<'a> {
 
     /// Solver of any nodes of a convolution.
     pub fn of_spectrum(convolution: &'a Convolution) -> Self {
-        Self::Spectrum(RefCell::new(Box::new(OfAll::new(convolution.inverse_normal(), convolution.rows() / 3))))
+        Self::Spectrum(RefCell::new(Box::new(ComponentProduct::new(
+            convolution.inverse_normal(),
+            convolution.rows() / 3,
+        ))))
     }
 
     /// Forces, N, that displace the `nodes` that it is of by `r`, m, in place; about.

@@ -13,7 +13,7 @@ impl LinearContact {
     }
 
     /// The same contact on an interface that consists of its `places` alone.
-    pub fn on_places(&self, places: &[usize]) -> Self {
+    pub(crate) fn on_places(&self, places: &[usize]) -> Self {
         let place = |node: usize| places.partition_point(|&p| p < node);
         let mut own = self.clone();
         for n in &mut own.nodes {

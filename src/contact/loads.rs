@@ -82,13 +82,13 @@ impl Loads {
     }
 
     /// Returns whether motion `j` bears nothing, so that its patches stay open, the nearest of them just touching.
-    pub fn is_lifted(&self, j: usize) -> bool {
+    pub(crate) fn is_lifted(&self, j: usize) -> bool {
         let motion = &self.motions[j];
         motion.load == NormalLoad::Force(0.0) && motion.factors.iter().all(|&n| n >= 0.0)
     }
 
     /// Returns whether motion `j` is to be found from its resultant.
-    pub fn is_unknown(&self, j: usize) -> bool {
+    pub(crate) fn is_unknown(&self, j: usize) -> bool {
         matches!(self.motions[j].load, NormalLoad::Force(_)) && !self.is_lifted(j)
     }
 
@@ -98,7 +98,7 @@ impl Loads {
     }
 
     /// Returns whether patch `c` stays open because nothing presses it.
-    pub fn is_open(&self, c: usize) -> bool {
+    pub(crate) fn is_open(&self, c: usize) -> bool {
         (0..self.motions.len()).any(|j| self.motions[j].factors[c] != 0.0 && self.is_lifted(j))
     }
 

@@ -91,7 +91,7 @@ pub(super) struct Factors<'a> {
 }
 
 /// Stresses that solve a problem, or that a solution is begun with.
-pub(super) struct Reached {
+pub(super) struct StressState {
     /// Stresses (tx, ty, p), Pa, `[3n]`.
     pub stress: Vec<f64>,
     /// Rigid motions, m, `[motions]`.
@@ -117,7 +117,7 @@ pub(super) fn solve<'p>(
     c: &mut Candidates<'p>,
     friction: &[f64],
     target: f64,
-    at: &mut Reached,
+    at: &mut StressState,
     effort: &mut NewtonEffort,
 ) -> Result<()> {
     let mut x: Vec<f64> =

@@ -6,7 +6,7 @@ use super::frictionless_cg::FrictionlessSolution;
 use super::interface::Stencil;
 use super::law::project_disc;
 use super::nested;
-use super::newton::Reached;
+use super::newton::StressState;
 use super::normal::solve_normal;
 use super::patch::refuse_border;
 use super::steady::SteadyProblem;
@@ -14,7 +14,7 @@ use crate::Result;
 
 /// The start of a solution: stresses, candidates and coefficients of friction, 1, `[n]`.
 pub(super) struct InitialGuess<'a> {
-    pub at: Reached,
+    pub at: StressState,
     pub candidates: Candidates<'a>,
     pub friction: Vec<f64>,
 }
@@ -34,7 +34,7 @@ pub(super) fn cold<'a>(problem: &SteadyProblem<'a>) -> Result<InitialGuess<'a>> 
         }
     };
     refuse_border(problem.compliance, s, &problem.loads, &normal.closed)?;
-    let mut at = Reached { stress: vec![0.0; 3 * s.len()], motions: normal.motions, displacement: None };
+    let mut at = StressState { stress: vec![0.0; 3 * s.len()], motions: normal.motions, displacement: None };
     for (&i, f) in normal.closed.iter().zip(&normal.force) {
         at.stress[3 * i + 2] = f / s.weight[i];
     }
@@ -62,7 +62,7 @@ pub(super) fn cold<'a>(problem: &SteadyProblem<'a>) -> Result<InitialGuess<'a>> 
 }
 
 /// Tractions by the simplified theory.
-fn rolled<'a>(problem: &SteadyProblem<'a>, c: &mut Candidates<'a>, friction: &[f64], at: &mut Reached) {
+fn rolled<'a>(problem: &SteadyProblem<'a>, c: &mut Candidates<'a>, friction: &[f64], at: &mut StressState) {
     let mut x: Vec<f64> = c.nodes.iter().flat_map(|&i| [0.0, 0.0, at.stress[3 * i + 2] / c.unit]).collect();
     let closed: Vec<usize> = (0..c.nodes.len()).filter(|&a| x[3 * a + 2] > 0.0).collect();
     c.press(&closed);
@@ -84,7 +84,7 @@ fn press_again<'a>(
     c: &mut Candidates<'a>,
     pressed: &mut FrictionlessSolution<'a, '_>,
     friction: &[f64],
-    at: &mut Reached,
+    at: &mut StressState,
 ) {
     let s = problem.interface;
     let closed: Vec<usize> = (0..c.nodes.len()).filter(|&a| at.stress[3 * c.nodes[a] + 2] > 0.0).collect();

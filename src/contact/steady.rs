@@ -6,7 +6,7 @@ use super::interface::{PatchKinematics, Stencil, Upstream};
 use super::law::{size, Augmentation, LinearContact, LinearNode, Node, Slip, Status, Tangent};
 use super::loads::{Loads, NormalLoad};
 use super::memory::{self, coefficients, SlidingNode};
-use super::newton::{self, NewtonEffort, Reached};
+use super::newton::{self, NewtonEffort, StressState};
 use super::patch::refuse_border;
 use super::start::{self, InitialGuess};
 use crate::friction::FrictionLaw;
@@ -128,7 +128,7 @@ impl<'a> SteadyProblem<'a> {
     }
 
     /// Solves the problem, starting from the solution of a similar one on the same interface if there is one.
-    pub fn solve_from(&self, start: Option<&SteadySolution>) -> Result<SteadySolution> {
+    pub(crate) fn solve_from(&self, start: Option<&SteadySolution>) -> Result<SteadySolution> {
         let pressed = start.filter(|r| r.pressure.iter().any(|&p| p > 0.0));
         let start = pressed.map(|r| StartStresses { stress: r.stresses(), motions: r.motions.clone(), friction: None });
         self.solve_with(start, &mut None)
@@ -160,7 +160,7 @@ impl<'a> SteadyProblem<'a> {
             None => start::cold(self)?,
             Some(r) => {
                 let friction = r.friction.unwrap_or_else(|| self.friction_at_first(&r.stress));
-                let at = Reached { stress: r.stress, motions: r.motions, displacement: None };
+                let at = StressState { stress: r.stress, motions: r.motions, displacement: None };
                 let closed = at.closed();
                 refuse_border(self.compliance, s, &self.loads, &closed)?;
                 let wanted = self.dilate(&closed);
@@ -443,7 +443,7 @@ impl SteadyProblem<'_> {
     }
 }
 
-impl Reached {
+impl StressState {
     /// Nodes under pressure, ascending.
     pub fn closed(&self) -> Vec<usize> {
         (0..self.stress.len() / 3).filter(|&i| self.stress[3 * i + 2] > 0.0).collect()
@@ -457,7 +457,7 @@ impl SteadySolution {
     }
 
     /// Centre of the pressure on patch `c` of `s`, (x, y), m; its origin without pressure.
-    pub fn centre_of(&self, s: &Interface, c: usize) -> [f64; 2] {
+    pub(crate) fn centre_of(&self, s: &Interface, c: usize) -> [f64; 2] {
         let (mut sum, mut moments) = (0.0, [0.0; 2]);
         for i in s.patches[c].nodes() {
             let force = self.pressure[i] * s.weight[i];

@@ -3,7 +3,7 @@
 use super::CurvingProblem;
 use crate::contact::baseline::{coefficients, fastsim, polach, shen_hedrick_elkins, EllipticContact};
 use crate::contact::ContactCreepage;
-use crate::placement::{ContactPlace, Ellipse as HertzEllipse, Press};
+use crate::placement::{ContactPlace, Ellipse as HertzEllipse, HertzLoad};
 use crate::Result;
 
 /// Half-axis ratios a/b between which Kalker's coefficients are tabulated; beyond them those of the end are taken.
@@ -97,7 +97,7 @@ impl ContactForce {
         }
         let elastic = Elastic::of(problem.materials);
         let [along, across] = place.curvature;
-        let hertz = HertzEllipse::new([[along, 0.0], [0.0, across]], elastic.plane, Press::Approach(approach))?;
+        let hertz = HertzEllipse::new([[along, 0.0], [0.0, across]], elastic.plane, HertzLoad::Approach(approach))?;
         let [a, b] = hertz.semi_axes;
         force.normal = place.share * hertz.force;
         force.half_axes = [a, b];
@@ -121,7 +121,7 @@ impl ContactForce {
     }
 
     /// True if the place carries load.
-    pub fn is_loaded(&self) -> bool {
+    pub(crate) fn is_loaded(&self) -> bool {
         self.approach > 0.0
     }
 
@@ -136,7 +136,7 @@ impl ContactForce {
     }
 
     /// Tangential force over the bound of friction, 1.
-    pub fn utilisation(&self) -> f64 {
+    pub(crate) fn utilisation(&self) -> f64 {
         let bound = self.friction * self.normal;
         if bound > 0.0 {
             self.longitudinal.hypot(self.tangential) / bound

@@ -97,7 +97,7 @@ impl CurvingProblem {
     ///
     /// # Errors
     /// As [`CurvingProblem::solve`].
-    pub fn solve_near(&self, similar: Option<&CurvingSolution>) -> Result<CurvingSolution> {
+    pub(crate) fn solve_near(&self, similar: Option<&CurvingSolution>) -> Result<CurvingSolution> {
         self.refuse_impossible()?;
         let near = similar.map(|s| [s.axles[0].motion, s.axles[1].motion]);
         let found = near.and_then(|m| self.newton([m[0].lateral, m[0].yaw, m[1].lateral, m[1].yaw], Some(m)).ok());

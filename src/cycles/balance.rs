@@ -1,98 +1,22 @@
 //! The equations of a cycle: the contact marched under a given motion, and the modes under the forces that it finds.
 
-use super::poles::Poles;
 use super::prescribed::{Prescribed, PrescribedMotion};
 use super::receptance::{discrete, harmonic};
+use super::structure::Structure;
 use crate::grid::{ContactPatch, Interface};
-use crate::model::ModalDynamics;
-use crate::transient::low_rank_modes::factors;
 use crate::transient::stepper::{Settings, State, StateChanges, Stepper};
 use crate::transient::{Energy, Model, PatchDrive, Scheme};
 use crate::{Error, Result};
-use faer::linalg::solvers::SolveLstsq;
-use faer::{Mat, MatRef};
+use faer::Mat;
 use std::cell::RefCell;
 use std::f64::consts::PI;
 use std::rc::Rc;
 
 type C = num_complex::Complex<f64>;
 
-/// Columns of Ψ that are shorter than this part of the longest one are left out of what acts at the contact.
-pub const LOSSLESS: f64 = 1e-4;
 /// Residual of the contact laws of a step relative to the normal force. Near a resonance the modes move a hundred times
 /// as far as a force that is not balanced moves the contact: that of a transient is too coarse for differences.
 const SHARP: f64 = 1e-13;
-/// Multiples of the frequency, at the least, whose motion is told.
-const TOLD: usize = 12;
-
-/// The modes of both bodies, and the functions of them that act at the contact, Ψ = B Cᵀ.
-#[derive(Clone)]
-pub struct Structure<'a> {
-    pub(super) model: Model<'a>,
-    /// B, `[3n, r]`.
-    basis: Mat<f64>,
-    /// C, column by column, `[r][m]`.
-    pub(super) mix: Vec<Vec<f64>>,
-    zeros: Vec<f64>,
-    pub(super) poles: Poles,
-    /// Eigenvalues, 1/s, with ξ and β of [`Poles::at_contact`].
-    pub(super) contact_poles: Vec<(C, Vec<C>, Vec<C>)>,
-    /// Motion of what acts at the contact under the loads of the modes, `[r]`.
-    pub(super) loaded: Vec<C>,
-}
-
-impl<'a> Structure<'a> {
-    /// Columns of `model`, to [`LOSSLESS`].
-    pub fn new(model: Model<'a>) -> Result<Self> {
-        let whole = model.modes.ncols();
-        let [basis, mix] = factors(model.modes, whole, LOSSLESS)
-            .ok_or_else(|| Error::Defect("limit cycles: the modes at the contact are no numbers".into()))?;
-        let basis = Mat::from_fn(model.modes.nrows(), basis.len(), |i, k| basis[k][i]);
-        Self::on(model, basis, mix)
-    }
-
-    /// The same modes with other equations of motion.
-    pub fn with(&self, dynamics: ModalDynamics) -> Result<Self> {
-        let ModalDynamics { stiffness, damping, turning } = dynamics;
-        let model = Model { stiffness, damping, turning, ..self.model.clone() };
-        Self::on(model, self.basis.clone(), self.mix.clone())
-    }
-
-    fn on(model: Model<'a>, basis: Mat<f64>, mix: Vec<Vec<f64>>) -> Result<Self> {
-        let zeros = vec![0.0; mix.len()];
-        let poles = Poles::new(&model)?;
-        let contact_poles = poles.at_contact(&mix);
-        let mut new = Self { model, basis, mix, zeros, poles, contact_poles, loaded: Vec::new() };
-        let load: Vec<C> = new.model.load.iter().map(|l| C::new(*l, 0.0)).collect();
-        if !load.is_empty() {
-            new.loaded = new.at_contact(&new.response(C::default(), &load)?);
-        }
-        Ok(new)
-    }
-
-    /// r.
-    pub fn rank(&self) -> usize {
-        self.mix.len()
-    }
-
-    /// Highest angular frequency of a mode, rad/s.
-    fn highest(&self) -> f64 {
-        self.model.omega.iter().copied().fold(0.0, f64::max)
-    }
-
-    /// B, `[3n, r]`.
-    pub fn basis(&self) -> MatRef<'_, f64> {
-        self.basis.as_ref()
-    }
-
-    /// The motion of what acts at the contact, `[r]`, m √kg, whose displacements come nearest to `displacement`,
-    /// `[3n]`, m.
-    pub fn projected(&self, displacement: &[f64]) -> Vec<f64> {
-        let column = Mat::from_fn(self.basis.nrows(), 1, |i, _| displacement.get(i).copied().unwrap_or(0.0));
-        let found = self.basis.qr().solve_lstsq(column);
-        (0..self.rank()).map(|k| found[(k, 0)]).collect()
-    }
-}
 
 /// How finely a cycle is resolved.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -146,7 +70,7 @@ impl ContactMemory {
 }
 
 /// A march of the contact under a motion.
-pub(super) struct Marched {
+pub(super) struct MarchResult {
     /// F: what the modes make of the forces less the motion, by the amplitude unit, `[r (2H + 1)]`.
     pub(super) lack: Vec<f64>,
     /// Harmonics of the forces on what acts at the contact, as coefficients like those of the motion, `[r (2H + 1)]`.
@@ -154,12 +78,12 @@ pub(super) struct Marched {
     /// The contact a period after the start.
     pub(super) memory: ContactMemory,
     /// Angular frequency, rad/s.
-    omega: f64,
+    pub(super) omega: f64,
     /// Harmonics of the forces on what acts at the contact, `[N/2][r]`.
-    pushes: Vec<Vec<C>>,
+    pub(super) pushes: Vec<Vec<C>>,
     /// See [`PeriodicSolution`].
-    contacts: Vec<ContactPeriod>,
-    contact: ContactMemory,
+    pub(super) contacts: Vec<ContactPeriod>,
+    pub(super) contact: ContactMemory,
 }
 
 /// A period of one contact.
@@ -271,7 +195,7 @@ impl<'a, 's> Balance<'a, 's> {
         let model = Model {
             interface: &conditions.interface,
             residual: structure.model.residual,
-            modes: structure.basis.as_ref(),
+            modes: structure.basis(),
             omega: &structure.zeros,
             stiffness: vec![0.0; r].into(),
             damping: vec![0.0; r].into(),
@@ -325,7 +249,7 @@ impl<'a, 's> Balance<'a, 's> {
     /// Marches the contact under the motion with the coefficients `z` (`[size]`: the mean, then the cosine and the
     /// sine of each harmonic, `[r]` each, in units) and the angular frequency `omega`, rad/s, from `memory`, the
     /// contact at the phase where a march of this step begins.
-    pub(super) fn march(&mut self, z: &[f64], omega: f64, memory: &ContactMemory) -> Result<Marched> {
+    pub(super) fn march(&mut self, z: &[f64], omega: f64, memory: &ContactMemory) -> Result<MarchResult> {
         let Resolution { harmonics, samples } = self.resolution;
         let r = self.structure.rank();
         let h = 2.0 * PI / (samples as f64 * omega);
@@ -372,7 +296,7 @@ impl<'a, 's> Balance<'a, 's> {
                 lack.extend(seen.iter().enumerate().map(|(i, s)| -s.im / self.unit - own(2 * k, i)));
             }
         }
-        Ok(Marched { lack, coefficients, memory: after, omega, pushes, contacts, contact })
+        Ok(MarchResult { lack, coefficients, memory: after, omega, pushes, contacts, contact })
     }
 
     /// Begins a march in steps of `h`, s: the number of steps before the period whose forces are taken, and the sample
@@ -444,64 +368,6 @@ impl<'a, 's> Balance<'a, 's> {
             }
         }
         out
-    }
-}
-
-impl Structure<'_> {
-    /// The cycle that a march belongs to, with the motion of all modes.
-    pub(super) fn solution(&self, marched: Marched, harmonics: usize) -> Result<PeriodicSolution> {
-        let Marched { memory, omega, pushes, contacts, contact, .. } = marched;
-        let (samples, m) = (contacts[0].force.len(), self.model.omega.len());
-        let h = 2.0 * PI / (samples as f64 * omega);
-        let reach = (self.highest() / omega).ceil() as usize;
-        let told = harmonics.max(TOLD).max(reach).min(samples / 2 - 1);
-        let mut modal = Vec::with_capacity(told + 1);
-        let (mut kinetic, mut q, mut v) = (0.0, vec![0.0; m], vec![0.0; m]);
-        for (k, push) in pushes.iter().enumerate() {
-            let mut push = self.spread(push);
-            if k == 0 {
-                push.iter_mut().zip(self.model.load).for_each(|(p, l)| *p += *l);
-            }
-            let s = discrete(k, omega, h);
-            // Beyond what is told inertia alone is left.
-            let moved = match k <= told || self.is_diagonal() {
-                true => self.response(C::new(0.0, s), &push)?,
-                false => push.iter().map(|p| -p / (s * s)).collect(),
-            };
-            kinetic += 0.25 * s * s * moved.iter().map(|q| q.norm_sqr()).sum::<f64>();
-            q.iter_mut().zip(&moved).for_each(|(q, z)| *q += z.re);
-            v.iter_mut().zip(&moved).for_each(|(v, z)| *v -= s * z.im);
-            if k <= told {
-                modal.push(moved);
-            }
-        }
-        let frequency = discrete(1, omega, h) / (2.0 * PI);
-        Ok(PeriodicSolution { omega, frequency, kinetic, contacts, modal, state: [q, v], contact, begin: memory })
-    }
-
-    pub(super) fn is_diagonal(&self) -> bool {
-        use crate::model::ModalMatrix::Diagonal;
-        matches!((&self.model.stiffness, &self.model.damping), (Diagonal(_), Diagonal(_)))
-    }
-
-    /// The motion of a stepper on these modes through one period from where it is, in its own steps, as coefficients
-    /// (`[r (2H + 1)]`, m √kg) of the unit 1.
-    pub fn follow(&self, stepper: &mut Stepper<'_>, resolution: Resolution) -> Result<Vec<f64>> {
-        let mut samples = vec![Vec::new(); resolution.samples];
-        for n in 1..=resolution.samples {
-            stepper.advance()?;
-            let q: Vec<C> = stepper.state().q.iter().map(|q| C::new(*q, 0.0)).collect();
-            samples[n % resolution.samples] = self.at_contact(&q).iter().map(|z| z.re).collect();
-        }
-        let mut z = Vec::new();
-        for k in 0..=resolution.harmonics {
-            let all = harmonic(&samples, k);
-            z.extend(all.iter().map(|z| z.re));
-            if k > 0 {
-                z.extend(all.iter().map(|z| -z.im));
-            }
-        }
-        Ok(z)
     }
 }
 

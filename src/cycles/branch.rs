@@ -3,7 +3,7 @@
 
 use super::contact_jacobian::ContactJacobian;
 pub use super::corrector::Family;
-use super::corrector::{norm, Condition, Corrected, Equations};
+use super::corrector::{norm, Condition, CorrectorResult, Equations};
 use super::floquet::{multipliers, Multipliers};
 use super::{ContactMemory, PeriodicSolution};
 use crate::{Error, Result};
@@ -128,7 +128,7 @@ pub fn solve(
     equations: &mut Equations<'_, '_>,
     u: Vec<f64>,
     contact: &mut Option<ContactJacobian>,
-) -> Result<Corrected> {
+) -> Result<CorrectorResult> {
     let mut row = vec![0.0; u.len()];
     row[u.len() - 1] = 1.0;
     let conditions = [equations.phase(&u), Condition { row, reference: u.clone() }];
@@ -196,7 +196,7 @@ pub fn solve_under(
     u: Vec<f64>,
     held: Condition,
     contact: &mut Option<ContactJacobian>,
-) -> Result<Corrected> {
+) -> Result<CorrectorResult> {
     let conditions = [equations.phase(&u), held];
     equations.correct(u, &conditions, contact)
 }
@@ -215,7 +215,7 @@ pub fn follow(
     equations.memory = state.memory.clone();
     while state.end.is_none() {
         let before = equations.marches;
-        let mut walk = Walk { equations, extent, contact: state.contact.take() };
+        let mut walk = BranchWalk { equations, extent, contact: state.contact.take() };
         let end = walk.one(state);
         state.contact = walk.contact.take();
         state.end = match end {
@@ -232,13 +232,13 @@ pub fn follow(
     Ok(())
 }
 
-pub(super) struct Walk<'w, 'e, 'a> {
+pub(super) struct BranchWalk<'w, 'e, 'a> {
     pub(super) equations: &'w mut Equations<'e, 'a>,
     pub(super) extent: &'w BranchExtent,
     pub(super) contact: Option<ContactJacobian>,
 }
 
-impl Walk<'_, '_, '_> {
+impl BranchWalk<'_, '_, '_> {
     /// The next cycle of a branch, with the special points before it; why the branch ends, where it does.
     fn one(&mut self, state: &mut BranchState) -> Result<Option<BranchEnd>> {
         let Some(here) = state.points.last().cloned() else {
@@ -325,7 +325,7 @@ impl Walk<'_, '_, '_> {
     }
 
     /// The cycle a step of the length `length` ahead of `here`, whose first correction is not longer than `longest`.
-    fn reach(&mut self, here: &BranchPoint, tangent: &[f64], [length, longest]: [f64; 2]) -> Result<Corrected> {
+    fn reach(&mut self, here: &BranchPoint, tangent: &[f64], [length, longest]: [f64; 2]) -> Result<CorrectorResult> {
         let guess: Vec<f64> = here.u.iter().zip(tangent).map(|(u, t)| u + length * t).collect();
         let kept = (self.contact.clone(), self.equations.memory.clone());
         let row = self.equations.counted(tangent.to_vec());
@@ -351,7 +351,7 @@ impl Walk<'_, '_, '_> {
     }
 
     /// The cycle at the key `key` between `here` and `there`.
-    fn at_key(&mut self, here: &BranchPoint, there: &Corrected, key: f64) -> Result<Corrected> {
+    fn at_key(&mut self, here: &BranchPoint, there: &CorrectorResult, key: f64) -> Result<CorrectorResult> {
         let n = here.u.len();
         let [a, b] = [here.key, self.equations.key_of(&there.u)];
         let part = if b == a { 0.0 } else { (key - a) / (b - a) };
@@ -361,7 +361,7 @@ impl Walk<'_, '_, '_> {
     }
 
     /// The cycle on the plane that divides the chord between `a` and `b` at `part`.
-    pub(super) fn on_chord(&mut self, a: &[f64], b: &[f64], part: f64) -> Result<Corrected> {
+    pub(super) fn on_chord(&mut self, a: &[f64], b: &[f64], part: f64) -> Result<CorrectorResult> {
         let chord: Vec<f64> = b.iter().zip(a).map(|(b, a)| b - a).collect();
         let guess: Vec<f64> = a.iter().zip(&chord).map(|(a, c)| a + part * c).collect();
         let counted = self.equations.counted(chord);
@@ -372,7 +372,7 @@ impl Walk<'_, '_, '_> {
     }
 
     /// A point with its multipliers.
-    pub(super) fn point(&mut self, found: Corrected, special: Option<Special>) -> Result<BranchPoint> {
+    pub(super) fn point(&mut self, found: CorrectorResult, special: Option<Special>) -> Result<BranchPoint> {
         let key = self.equations.key_of(&found.u);
         let multipliers = match self.extent.stability {
             true => {

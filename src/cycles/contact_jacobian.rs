@@ -11,8 +11,8 @@
 //! within a thousandth of the frequency, whereas the contact has no resonance: ∂f hardly changes from one cycle to the
 //! next. Therefore ∂f is what is kept and updated, and R is evaluated anew.
 
-use super::balance::Structure;
 use super::corrector::{norm, Equations};
+use super::structure::Structure;
 use crate::Result;
 use faer::Mat;
 use std::f64::consts::PI;

@@ -6,8 +6,9 @@
 //! linearised march takes the statuses as they are, which gives an element of the generalised Jacobian of the
 //! semi-smooth map. The modes enter exactly (see [`super::contact_jacobian`]).
 
-use super::balance::{Balance, Conditions, ContactMemory, Marched, PeriodicSolution, Resolution, Structure};
+use super::balance::{Balance, Conditions, ContactMemory, MarchResult, PeriodicSolution, Resolution};
 use super::contact_jacobian::ContactJacobian;
+use super::structure::Structure;
 use crate::model::ModalDynamics;
 use crate::{Error, Result};
 use faer::linalg::solvers::{PartialPivLu, Solve};
@@ -54,7 +55,7 @@ pub struct Equations<'e, 'a> {
 }
 
 /// A solution.
-pub struct Corrected {
+pub struct CorrectorResult {
     /// Unknowns.
     pub u: Vec<f64>,
     /// The cycle.
@@ -124,7 +125,7 @@ impl<'e, 'a> Equations<'e, 'a> {
     }
 
     /// The march at `u`.
-    pub(super) fn march(&mut self, u: &[f64]) -> Result<Marched> {
+    pub(super) fn march(&mut self, u: &[f64]) -> Result<MarchResult> {
         let key = self.key_of(u);
         let conditions = self.family.conditions(key)?;
         let (n, omega) = (self.size(), self.omega_of(u));
@@ -233,7 +234,7 @@ impl<'e, 'a> Equations<'e, 'a> {
         u: Vec<f64>,
         conditions: &[Condition; 2],
         contact: &mut Option<ContactJacobian>,
-    ) -> Result<Corrected> {
+    ) -> Result<CorrectorResult> {
         self.correct_within(u, conditions, contact, f64::INFINITY)
     }
 
@@ -245,7 +246,7 @@ impl<'e, 'a> Equations<'e, 'a> {
         conditions: &[Condition; 2],
         contact: &mut Option<ContactJacobian>,
         longest: f64,
-    ) -> Result<Corrected> {
+    ) -> Result<CorrectorResult> {
         let mut found = self.march(&u)?;
         let (mut made, mut since) = (0, 0);
         let residual = |lack: &[f64], u: &[f64]| -> Vec<f64> {
@@ -293,7 +294,7 @@ impl<'e, 'a> Equations<'e, 'a> {
                 return self.corrected(u, found, contact, iteration);
             }
             let mut factor = 1.0;
-            let mut last: Option<(Vec<f64>, Marched, [f64; 2])> = None;
+            let mut last: Option<(Vec<f64>, MarchResult, [f64; 2])> = None;
             for _ in 0..4 {
                 let next: Vec<f64> = u.iter().zip(&step).map(|(u, s)| u + factor * s).collect();
                 match self.march(&next) {
@@ -341,15 +342,15 @@ impl<'e, 'a> Equations<'e, 'a> {
     fn corrected(
         &self,
         u: Vec<f64>,
-        found: Marched,
+        found: MarchResult,
         contact: &mut Option<ContactJacobian>,
         iterations: usize,
-    ) -> Result<Corrected> {
+    ) -> Result<CorrectorResult> {
         if let Some(near) = contact {
             near.move_to(&u, &found.coefficients);
         }
         let structure = self.structure_at(self.key_of(&u))?;
-        Ok(Corrected { u, cycle: structure.solution(found, self.resolution.harmonics)?, iterations })
+        Ok(CorrectorResult { u, cycle: structure.solution(found, self.resolution.harmonics)?, iterations })
     }
 
     /// The tangent of the branch at the solution `u`, of length 1 but for its mean, on the side of `ahead`.

@@ -10,8 +10,9 @@
 //!
 //! y⁺ = Φ_yy y + Φ_yc U z,   z⁺ = U⁻¹ Φ_cy y
 
-use super::balance::{Balance, Conditions, PeriodicSolution, Resolution, Structure};
+use super::balance::{Balance, Conditions, PeriodicSolution, Resolution};
 use super::hill::multipliers_near_the_circle;
+use super::structure::Structure;
 use crate::transient::stepper::{Settings, State, StateChanges, Stepper};
 use crate::transient::{Energy, Model, Scheme};
 use crate::{Error, Result};

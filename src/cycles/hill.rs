@@ -13,8 +13,9 @@
 //! inverse about a point of it (Y. Saad, Numerical Methods for Large Eigenvalue Problems, 2nd ed., 2011): eliminating
 //! all but a leaves one dense system of the size of a for each point.
 
-use super::balance::{Balance, Conditions, PeriodicSolution, Resolution, Structure};
+use super::balance::{Balance, Conditions, PeriodicSolution, Resolution};
 use super::kernel::window;
+use super::structure::Structure;
 use crate::{Error, Result};
 use faer::linalg::solvers::{PartialPivLu, Solve};
 use faer::Mat;

@@ -20,17 +20,19 @@ pub(crate) mod corrector;
 pub(crate) mod floquet;
 mod growing;
 mod hill;
-mod kept;
 mod kernel;
 mod poles;
 mod prescribed;
 mod receptance;
+mod serialized;
 mod special;
+pub(crate) mod structure;
 #[cfg(test)]
 mod tests;
 
-pub use balance::{Conditions, ContactMemory, PeriodicSolution, Resolution, Structure};
+pub use balance::{Conditions, ContactMemory, PeriodicSolution, Resolution};
 pub use branch::{BranchEnd, BranchExtent, BranchPoint, BranchState, Family, Special, SpecialKind};
 pub use contact_jacobian::ContactJacobian;
 pub use floquet::multipliers;
 pub use growing::{cycle_of_mode, GrowingMotion};
+pub use structure::Structure;

@@ -1,6 +1,6 @@
 //! The modes under periodic forces at the contact.
 
-use super::balance::Structure;
+use super::structure::Structure;
 use crate::model::ModalMatrix;
 use crate::{Error, Result};
 use num_complex::Complex;

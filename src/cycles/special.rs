@@ -1,8 +1,8 @@
 //! Special points of a branch between two of its cycles: folds, multipliers that pass the unit circle, the first stick
 //! and the first opening.
 
-use super::branch::{BranchPoint, Special, SpecialKind, Walk};
-use super::corrector::{norm, Condition, Corrected};
+use super::branch::{BranchPoint, BranchWalk, Special, SpecialKind};
+use super::corrector::{norm, Condition, CorrectorResult};
 use super::floquet::Multipliers;
 use super::PeriodicSolution;
 use crate::{Error, Result};
@@ -23,7 +23,7 @@ const EVENTS: [(SpecialKind, Happens); 2] = [
     (SpecialKind::Opening, |cycle| cycle.contacts.iter().any(|c| c.nodes.iter().any(|n| n[0] != c.nodes[0][0]))),
 ];
 
-impl Walk<'_, '_, '_> {
+impl BranchWalk<'_, '_, '_> {
     /// Special points between the last points of a branch, `here`, and the next one, to `tolerance` of the key.
     pub(super) fn between(
         &mut self,
@@ -65,7 +65,7 @@ impl Walk<'_, '_, '_> {
         let sign = if middle.key > before.key { 1.0 } else { -1.0 };
         let known = |p: &BranchPoint| (place(&p.u), sign * p.key, p.u.clone());
         let [mut a, mut b, mut c] = [known(before), known(middle), known(after)];
-        let mut best: Option<Corrected> = None;
+        let mut best: Option<CorrectorResult> = None;
         for _ in 0..BISECTIONS {
             let (d, e) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
             let vertex = 0.5 * (a.0 + b.0) - 0.5 * d * (c.0 - a.0) / (e - d);
@@ -113,7 +113,7 @@ impl Walk<'_, '_, '_> {
     ) -> Result<BranchPoint> {
         let (mut low, mut high) = ((0.0, here.key), (1.0, there.key));
         let begins = of(&here.cycle);
-        let mut best: Option<Corrected> = None;
+        let mut best: Option<CorrectorResult> = None;
         for _ in 0..BISECTIONS {
             if (high.1 - low.1).abs() < tolerance && high.0 - low.0 < 1e-3 {
                 break;

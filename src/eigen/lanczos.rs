@@ -7,7 +7,7 @@
 //! 602, for the thick restart.
 
 use super::block::{columns, combine, gram, random, subtract};
-use super::orthonormal::{orthonormalise, Against};
+use super::orthonormal::{orthonormalise, OrthonormalBlocks};
 use super::{Pencil, Shifted};
 use crate::dense::symmetric_eigen;
 use crate::{Error, Result};
@@ -56,13 +56,13 @@ pub struct Sizes {
 impl Sizes {
     /// For `count` pairs, as measured: wider blocks take more right-hand sides in all and larger bases, narrower ones
     /// more passes through the factor.
-    pub fn for_count(count: usize) -> Self {
+    pub(crate) fn for_count(count: usize) -> Self {
         Self { block: BLOCK, subspace: (2 * count + 4 * BLOCK).max(count + 6 * BLOCK) }
     }
 
     /// For `count` pairs where each pass through the factor reads it from a disk: few passes, without a restart as
     /// long as there are not many pairs.
-    pub fn few_passes(count: usize) -> Self {
+    pub(crate) fn few_passes(count: usize) -> Self {
         Self { block: 3 * BLOCK, subspace: 2 * count + 15 * BLOCK }
     }
 }
@@ -218,7 +218,7 @@ impl Lanczos<'_> {
             }
             self.drawn += missing as u64;
             let dimension = self.dimension();
-            let against = Against { deflated: self.deflated, basis: columns(&self.basis, n, dimension) };
+            let against = OrthonormalBlocks { deflated: self.deflated, basis: columns(&self.basis, n, dimension) };
             self.pencil.mass(&x, &mut w, missing);
             against.project_out(world, &mut x, &w, missing);
             self.pencil.mass(&x, &mut w, missing);
@@ -260,7 +260,7 @@ impl Lanczos<'_> {
         let active = columns(&self.basis, n, locked + size).subcols(locked + begin, size - begin);
         subtract(&mut w, active, known);
         let lengths: Vec<f64> = (0..p).map(|j| known.col(j).norm_l2()).collect();
-        let against = Against { deflated: self.deflated, basis: columns(&self.basis, n, locked + size) };
+        let against = OrthonormalBlocks { deflated: self.deflated, basis: columns(&self.basis, n, locked + size) };
         let mut mass = std::mem::take(&mut self.mass);
         let new = orthonormalise(self.pencil, &against, &mut w, &mut mass, &lengths);
         for j in 0..p {

@@ -14,7 +14,7 @@ pub mod sparse;
 
 pub use check::FoundModes;
 pub use lanczos::Sizes;
-pub use slices::{band, lowest, Moving};
+pub use slices::{band, lowest, MovableShift};
 
 use crate::parallel::World;
 use crate::{Error, Result};

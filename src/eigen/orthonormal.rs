@@ -14,14 +14,14 @@ const PIVOT: f64 = 1e-5;
 const PASSES: usize = 4;
 
 /// A basis whose columns are orthonormal in the mass, in two parts that stay where they are.
-pub(super) struct Against<'a> {
+pub(super) struct OrthonormalBlocks<'a> {
     /// Columns whose coefficients nobody asks for.
     pub deflated: MatRef<'a, f64>,
     /// Columns whose coefficients are counted.
     pub basis: MatRef<'a, f64>,
 }
 
-impl Against<'_> {
+impl OrthonormalBlocks<'_> {
     /// Collective: w −= V Vᵀ M w for `p` columns with `mass` = M w; returns the coefficients in the basis.
     pub fn project_out(&self, world: &World, w: &mut [f64], mass: &[f64], p: usize) -> Mat<f64> {
         let mass = columns(mass, self.basis.nrows(), p);
@@ -49,7 +49,7 @@ pub(super) struct Orthonormal {
 /// that are nothing but rounding are left out.
 pub(super) fn orthonormalise(
     pencil: &dyn Pencil,
-    against: &Against,
+    against: &OrthonormalBlocks,
     w: &mut Vec<f64>,
     mass: &mut Vec<f64>,
     sizes: &[f64],
@@ -121,7 +121,7 @@ fn divide(w: &mut [f64], mass: &mut [f64], n: usize, r: &Mat<f64>) {
 /// the columns kept.
 fn one_by_one(
     pencil: &dyn Pencil,
-    against: &Against,
+    against: &OrthonormalBlocks,
     w: &mut Vec<f64>,
     mass: &mut Vec<f64>,
     inner: &Mat<f64>,

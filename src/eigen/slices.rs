@@ -20,7 +20,7 @@ const ASIDE: [f64; 4] = [0.0, 1.3e-2, -1.7e-2, 3.1e-2];
 const BARELY: [f64; 4] = [0.0, 1e-9, 1e-7, 1e-5];
 
 /// An inverse of K − σM whose shift can be moved.
-pub trait Moving: Shifted {
+pub trait MovableShift: Shifted {
     /// Collective: factorises K − σM for another σ. An [`Error::NotConverged`] means that σ is an eigenvalue to
     /// working precision.
     fn move_to(&mut self, sigma: f64) -> Result<()>;
@@ -38,7 +38,7 @@ enum Until {
 pub fn lowest(
     pencil: &dyn Pencil,
     first: &mut dyn Shifted,
-    moving: &mut dyn Moving,
+    moving: &mut dyn MovableShift,
     count: usize,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<FoundModes> {
@@ -54,7 +54,7 @@ pub fn lowest(
 /// eigenvalue to working precision is moved up a little, at most by 1e-5 of the width.
 pub fn band(
     pencil: &dyn Pencil,
-    moving: &mut dyn Moving,
+    moving: &mut dyn MovableShift,
     from: f64,
     to: f64,
     progress: &mut dyn FnMut(usize, usize),
@@ -74,7 +74,7 @@ pub fn band(
 }
 
 /// Collective: moves the shift to `sigma`, or as little aside as it takes, in parts of `step`.
-fn aside(moving: &mut dyn Moving, sigma: f64, step: f64, parts: &[f64]) -> Result<()> {
+fn aside(moving: &mut dyn MovableShift, sigma: f64, step: f64, parts: &[f64]) -> Result<()> {
     let mut last = None;
     for part in parts {
         match moving.move_to(sigma + part * step) {
@@ -201,7 +201,7 @@ impl<'a> Slices<'a> {
     }
 
     /// Collective: from shift to shift until all that is wanted is known to be there.
-    fn walk(&mut self, moving: &mut dyn Moving, until: Until) -> Result<()> {
+    fn walk(&mut self, moving: &mut dyn MovableShift, until: Until) -> Result<()> {
         loop {
             let over = match until {
                 Until::Count(count) => self.beyond >= count || self.exhausted,

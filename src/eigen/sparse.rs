@@ -1,7 +1,7 @@
 //! Distributed sparse matrices and their factorisations as operators of the methods, and the choice between the
 //! method here and SLEPc's.
 
-use super::{check, enough, lowest, nearest, FoundModes, Moving, Pencil, Shifted, Sizes};
+use super::{check, enough, lowest, nearest, FoundModes, MovableShift, Pencil, Shifted, Sizes};
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
 use crate::petsc::operator::Operator;
@@ -53,7 +53,7 @@ impl<'a> DistributedMatrices<'a> {
     }
 
     /// The same with eigenvectors that are known beforehand, orthonormal in M, this rank's rows of each.
-    pub fn knowing(self, vectors: &[Vec<f64>]) -> Self {
+    pub(crate) fn knowing(self, vectors: &[Vec<f64>]) -> Self {
         Self { known: (vectors.concat(), vectors.len()), ..self }
     }
 }
@@ -164,7 +164,7 @@ impl Shifted for ShiftedFactors<'_> {
     }
 }
 
-impl Moving for ShiftedFactors<'_> {
+impl MovableShift for ShiftedFactors<'_> {
     fn move_to(&mut self, sigma: f64) -> Result<()> {
         let shifted = self.stiffness.minus_scaled(sigma, self.mass);
         let entries = self.world.sum_u64(shifted.cols.len() as u64) as usize;
@@ -186,7 +186,7 @@ impl Moving for ShiftedFactors<'_> {
 
 /// Collective: the lowest pairs beside those that `pencil` knows, as many as the `options` ask for; the known ones
 /// lie below the shift of `first`, as that says.
-pub fn beside_known(
+pub(crate) fn beside_known(
     petsc: &Petsc,
     pencil: &DistributedMatrices,
     first: &mut dyn Shifted,

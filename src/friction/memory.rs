@@ -124,7 +124,7 @@ impl FrictionLaw {
     }
 
     /// Derivatives of [`Self::renewed`] by the coefficients at the node and upstream of it.
-    pub fn renewed_by_memory(&self, before: &Remembered, v: f64) -> [f64; 2] {
+    pub(crate) fn renewed_by_memory(&self, before: &Remembered, v: f64) -> [f64; 2] {
         let Some(memory) = self.memory() else { return [0.0; 2] };
         let r = memory.rate(v);
         let part = lapsed(r * before.step) / lapsed(r * before.passage);
@@ -132,12 +132,12 @@ impl FrictionLaw {
     }
 
     /// Its derivative by `v`, s/m.
-    pub fn renewed_slope(&self, before: &Remembered, v: f64) -> f64 {
+    pub(crate) fn renewed_slope(&self, before: &Remembered, v: f64) -> f64 {
         self.renewed_with_slope(before, v).1
     }
 
     /// Both of them.
-    pub fn renewed_with_slope(&self, before: &Remembered, v: f64) -> (f64, f64) {
+    pub(crate) fn renewed_with_slope(&self, before: &Remembered, v: f64) -> (f64, f64) {
         let (law, slope) = self.with_slope(v);
         let Some(memory) = self.memory() else { return (law, slope) };
         let r = memory.rate(v);
@@ -147,7 +147,7 @@ impl FrictionLaw {
 
     /// Both of them at nodes that slide at the velocities `v` ≥ 0, `[k]`; those of the law itself where nothing is
     /// remembered, `before` being empty.
-    pub fn renewed_with_slopes(&self, before: &[Remembered], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
+    pub(crate) fn renewed_with_slopes(&self, before: &[Remembered], v: &[f64]) -> (Vec<f64>, Vec<f64>) {
         let varying = match self {
             Self::Constant(mu) => return (vec![*mu; v.len()], vec![0.0; v.len()]),
             Self::Varying(varying) => varying,

@@ -142,7 +142,7 @@ impl FrictionLaw {
 
     /// μ and dμ/dv at the sliding velocity `v` ≥ 0, m/s.
     #[inline]
-    pub fn with_slope(&self, v: f64) -> (f64, f64) {
+    pub(crate) fn with_slope(&self, v: f64) -> (f64, f64) {
         match self {
             Self::Constant(mu) => (*mu, 0.0),
             Self::Varying(varying) => varying.law().with_slope(v),
@@ -186,7 +186,7 @@ impl FrictionLaw {
     }
 
     /// Key of the length of its memory in the job, `path` being the place of the law; empty where it has none.
-    pub fn memory_key(&self, path: &str) -> String {
+    pub(crate) fn memory_key(&self, path: &str) -> String {
         match self {
             Self::Constant(_) => String::new(),
             Self::Varying(varying) => format!("{path}.{}.memory_length", varying.key()),

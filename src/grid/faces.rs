@@ -119,7 +119,7 @@ impl Faces {
     ///
     /// # Errors
     /// No such group; a face between two cells.
-    pub fn from_group(mesh: &Mesh, group: &str) -> Result<Self> {
+    pub(crate) fn from_group(mesh: &Mesh, group: &str) -> Result<Self> {
         mesh.require_group(group, "the mesh")?;
         let facets = &mesh.groups[group];
         if let Some(k) = mesh.cells.sharing(facets).iter().position(|&n| n > 1) {
@@ -160,7 +160,7 @@ impl Faces {
     ///
     /// # Errors
     /// A face there that looks down, or is steep.
-    pub fn pieces_within(&self, half: [f64; 2]) -> Result<Vec<&FaceTriangle>> {
+    pub(crate) fn pieces_within(&self, half: [f64; 2]) -> Result<Vec<&FaceTriangle>> {
         let far = FAR * half[0].max(half[1]);
         let found: Vec<&FaceTriangle> = self.pieces.iter().filter(|p| p.reaches(half) && p.is_near(far)).collect();
         let place = |p: &FaceTriangle| {
@@ -191,7 +191,7 @@ impl Faces {
     }
 
     /// The shape functions at the point `p` of a piece.
-    pub fn shape_functions(&self, piece: &FaceTriangle, p: Plane) -> FaceShapeFunctions<'_> {
+    pub(crate) fn shape_functions(&self, piece: &FaceTriangle, p: Plane) -> FaceShapeFunctions<'_> {
         let face = &self.faces[piece.face];
         let weights = barycentric(p, piece.plan);
         let start = [0, 1].map(|c| (0..3).map(|k| weights[k] * piece.own[k][c]).sum());
@@ -232,7 +232,7 @@ impl Faces {
     }
 
     /// Returns whether all faces in the rectangle are flat ones, of first order: the surface is a polyhedron there.
-    pub fn are_flat(&self, half: [f64; 2]) -> bool {
+    pub(crate) fn are_flat(&self, half: [f64; 2]) -> bool {
         let flat = |p: &FaceTriangle| self.faces[p.face].kind.nodes() == self.faces[p.face].kind.corners();
         self.pieces.iter().filter(|p| p.reaches(half)).all(flat)
     }

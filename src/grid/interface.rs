@@ -157,7 +157,7 @@ impl Interface {
     }
 
     /// Returns whether the nodes are points without neighbours.
-    pub fn are_points(&self) -> bool {
+    pub(crate) fn are_points(&self) -> bool {
         !self.creep.is_empty()
     }
 
@@ -214,7 +214,7 @@ impl Interface {
     }
 
     /// True when node `i` lies on the border of its patch; points have none.
-    pub fn on_border(&self, i: usize) -> bool {
+    pub(crate) fn on_border(&self, i: usize) -> bool {
         if self.are_points() {
             return false;
         }

@@ -10,4 +10,5 @@ mod transfer;
 pub use faces::Faces;
 pub use interface::{ContactPatch, Interface};
 pub use surface::ContactGrid;
-pub use transfer::{averages, means, DiscAverage, Transfer, Weights};
+pub(crate) use transfer::averages;
+pub use transfer::{means, DiscAverage, Transfer, Weights};

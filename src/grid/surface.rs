@@ -136,7 +136,7 @@ impl ContactGrid {
 
     /// A grid of the lines `x` and `y`, m, with the heights `z`, m, `[nx*ny]`, of a body that has no mesh to meet it
     /// with.
-    pub fn meshless(x: Vec<f64>, y: Vec<f64>, z: Vec<f64>) -> ContactGrid {
+    pub(crate) fn meshless(x: Vec<f64>, y: Vec<f64>, z: Vec<f64>) -> ContactGrid {
         ContactGrid { x, y, transfer: None, z }
     }
 

@@ -69,7 +69,7 @@ fn sorted(weights: BTreeMap<u32, f64>) -> Weights {
 ///
 /// # Errors
 /// Places where there is no face behind the grid, or two; faces that look down or are steep.
-pub fn averages(faces: &Faces, x: &[f64], y: &[f64]) -> Result<(Vec<Weights>, Vec<f64>)> {
+pub(crate) fn averages(faces: &Faces, x: &[f64], y: &[f64]) -> Result<(Vec<Weights>, Vec<f64>)> {
     let (nx, ny) = (x.len(), y.len());
     if nx < 2 || ny < 2 {
         return Err(Error::Defect(format!("a contact grid of {nx} by {ny} nodes")));

@@ -135,7 +135,7 @@ fn default_march() -> Cycles {
 impl Job {
     /// The value of a key that a branch may go along, `contact.…`, `bodies.<body>.damping.…` or `curve.radius`; none
     /// where it is not there or is no number.
-    pub fn branch_number(&self, key: &str) -> Option<f64> {
+    pub(crate) fn branch_number(&self, key: &str) -> Option<f64> {
         if key == RADIUS {
             return self.curve.as_ref().map(|c| c.radius);
         }
@@ -152,7 +152,7 @@ impl Job {
     }
 
     /// True if modes of the reduced model change their damping or rotation along a branch over `key`.
-    pub fn modes_change_along(&self, key: &str) -> bool {
+    pub(crate) fn modes_change_along(&self, key: &str) -> bool {
         damping_key(key).is_some() || (key == SPEED && self.turns())
     }
 
@@ -161,7 +161,7 @@ impl Job {
     }
 
     /// The job with another value of a key of the contact or of the damping of a body, checked like any other job.
-    pub fn with_branch_number(&self, key: &str, value: f64) -> Result<Self> {
+    pub(crate) fn with_branch_number(&self, key: &str, value: f64) -> Result<Self> {
         let refused = |why: String| Error::Job(format!("analyses.cycles, at {key} = {value}: {why}"));
         let number = serde_json::Number::from_f64(value).ok_or_else(|| refused("expected a finite number".into()))?;
         let mut job = self.clone();
@@ -313,7 +313,7 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
 }
 
 /// The unit of a key, as the schema has it; "-" where it has none.
-pub fn key_unit(key: &str) -> String {
+pub(crate) fn key_unit(key: &str) -> String {
     super::schema::Checker::default().unit_at(&key.split('.').collect::<Vec<_>>())
 }
 

@@ -91,7 +91,7 @@ fn geometry(placement: Option<&Placement>) -> Option<Placement> {
 
 /// The keys in which two resolved jobs of a transient differ in what matters up to the time `until`, s: all but what
 /// is written, the duration, and the histories after that time.
-pub fn run_differences(a: &Value, b: &Value, until: f64) -> Vec<String> {
+pub(crate) fn run_differences(a: &Value, b: &Value, until: f64) -> Vec<String> {
     let histories = |job: &Value| job.pointer("/analyses/transient/histories").cloned().unwrap_or_default();
     let mut keys = Vec::new();
     for (key, creepage) in [

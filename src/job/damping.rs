@@ -55,7 +55,7 @@ fn moving(job: &Job) -> Vec<(&'static str, &Body)> {
 }
 
 /// The damping of each body with modes, in words, one line each.
-pub fn damping_lines(job: &Job) -> Vec<String> {
+pub(crate) fn damping_lines(job: &Job) -> Vec<String> {
     moving(job).into_iter().map(|(name, body)| format!("damping of {name}: {}", text(body))).collect()
 }
 

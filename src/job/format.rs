@@ -9,31 +9,36 @@ use serde_json::Value;
 pub const FORMAT: u32 = 5;
 
 /// Every default that has changed, oldest first.
-const CHANGES: &[Change] = &[
+const CHANGES: &[DefaultChange] = &[
     // Linearised about a sliding that is not there, most of what rolls on a curve was unstable.
-    Change {
+    DefaultChange {
         since: 2,
         key: "analyses.stability.state",
         before: "\"sliding\"",
         now: "\"steady\" (\"sliding\" with the direction \"rigid\")",
     },
-    Change { since: 2, key: "analyses.stability.direction", before: "\"rigid\"", now: "\"actual\"" },
-    Change { since: 2, key: "analyses.stability.damping_ratio", before: "1 (all eigenvalues are listed)", now: "0.3" },
-    Change {
+    DefaultChange { since: 2, key: "analyses.stability.direction", before: "\"rigid\"", now: "\"actual\"" },
+    DefaultChange {
+        since: 2,
+        key: "analyses.stability.damping_ratio",
+        before: "1 (all eigenvalues are listed)",
+        now: "0.3",
+    },
+    DefaultChange {
         since: 2,
         key: "analyses.transient.start.state",
         before: "\"sliding\"",
         now: "the state of analyses.stability",
     },
     // Without a memory a falling law is ill-posed: its answers were no answers.
-    Change { since: 2, key: "contact.friction.exponential.memory_length", before: "no memory", now: "2e-5 m" },
-    Change { since: 2, key: "contact.friction.rational.memory_length", before: "no memory", now: "2e-5 m" },
+    DefaultChange { since: 2, key: "contact.friction.exponential.memory_length", before: "no memory", now: "2e-5 m" },
+    DefaultChange { since: 2, key: "contact.friction.rational.memory_length", before: "no memory", now: "2e-5 m" },
     // The material of a wheel moves through the frame, and so its inertia.
-    Change { since: 3, key: "bodies.*.rotation", before: "\"none\"", now: "\"rolling\"" },
+    DefaultChange { since: 3, key: "bodies.*.rotation", before: "\"none\"", now: "\"rolling\"" },
     // Waves along a rail are longer than its ends, and came back.
-    Change { since: 4, key: "bodies.*.track.ends.longitudinal", before: "0.0", now: "0.9" },
+    DefaultChange { since: 4, key: "bodies.*.track.ends.longitudinal", before: "0.0", now: "0.9" },
     // A wheel without damping has unstable modes that no wheel has.
-    Change { since: 5, key: "bodies.*.damping", before: "none", now: "loss factors by nodal diameters" },
+    DefaultChange { since: 5, key: "bodies.*.damping", before: "none", now: "loss factors by nodal diameters" },
 ];
 
 /// Test of a resolved entry: true if it has the default of before.
@@ -45,7 +50,7 @@ const UNCHANGED: &[(u32, &str, AsBefore)] = &[(5, "bodies.*.damping", super::dam
 
 /// A default that changed.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Change {
+pub(super) struct DefaultChange {
     /// The first format that has the new one.
     pub since: u32,
     /// The key by its dotted path; `*` stands for any one segment.
@@ -60,7 +65,7 @@ pub(super) struct Change {
 #[derive(Debug, Clone, Copy)]
 pub(super) struct JobFormat {
     pub number: u32,
-    pub changes: &'static [Change],
+    pub changes: &'static [DefaultChange],
 }
 
 impl JobFormat {
@@ -98,7 +103,7 @@ impl JobFormat {
                 now.is_none() || now != before.as_ref()
             };
             lines.extend(places.iter().filter(changed).map(|place| {
-                let Change { since, before, now, .. } = change;
+                let DefaultChange { since, before, now, .. } = change;
                 format!("{place} is not given: {now} since format {since}, {before} before")
             }));
         }
@@ -140,11 +145,11 @@ mod tests {
     const THIRD: JobFormat = JobFormat {
         number: 3,
         changes: &[
-            Change { since: 2, key: "analyses.transient.theta", before: "0.6", now: "0.51" },
-            Change { since: 2, key: "analyses.transient.step", before: "2e-5", now: "1e-5" },
-            Change { since: 2, key: "analyses.steady.tolerance", before: "1e-6", now: "1e-8" },
-            Change { since: 3, key: "bodies.*.mesh.cylinder.growth", before: "1.4", now: "1.3" },
-            Change { since: 3, key: "solver.linear", before: "\"gamg\"", now: "\"mumps\"" },
+            DefaultChange { since: 2, key: "analyses.transient.theta", before: "0.6", now: "0.51" },
+            DefaultChange { since: 2, key: "analyses.transient.step", before: "2e-5", now: "1e-5" },
+            DefaultChange { since: 2, key: "analyses.steady.tolerance", before: "1e-6", now: "1e-8" },
+            DefaultChange { since: 3, key: "bodies.*.mesh.cylinder.growth", before: "1.4", now: "1.3" },
+            DefaultChange { since: 3, key: "solver.linear", before: "\"gamg\"", now: "\"mumps\"" },
         ],
     };
 

@@ -47,7 +47,7 @@ pub(super) fn small_strain(job: &Job) -> Result<()> {
 
 /// Radius of the contact of two built-in crowned bodies under a normal load, about, m: (3N/(4E*κ))^(1/3) with the
 /// geometric mean curvature κ (Johnson, eq. 4.22). `None` for other bodies and loads.
-pub fn contact_radius(job: &Job) -> Option<f64> {
+pub(crate) fn contact_radius(job: &Job) -> Option<f64> {
     let (Some(contact), [(_, lower), (_, upper)]) = (&job.contact, &job.bodies()[..]) else { return None };
     let (Some(a), Some(b)) = (lower.running(), upper.running()) else {
         return None;

@@ -107,7 +107,7 @@ impl Cells {
     }
 
     /// Gives their nodes other numbers.
-    pub fn renumber(&mut self, number: impl Fn(u32) -> u32) {
+    pub(crate) fn renumber(&mut self, number: impl Fn(u32) -> u32) {
         self.blocks.iter_mut().flat_map(|b| &mut b.nodes).for_each(|n| *n = number(*n));
     }
 

@@ -34,7 +34,11 @@ pub struct MeshPart {
 
 impl MeshPart {
     /// A mesh that is on rank 0 alone: its nodes, m, and its cells.
-    pub fn undivided(world: &World, nodes: &[[f64; 3]], cells: impl Iterator<Item = (CellKind, Vec<u32>)>) -> Self {
+    pub(crate) fn undivided(
+        world: &World,
+        nodes: &[[f64; 3]],
+        cells: impl Iterator<Item = (CellKind, Vec<u32>)>,
+    ) -> Self {
         let mut part = Self { ranges: vec![nodes.len() as u64; world.size + 1], ..Self::default() };
         part.ranges[0] = 0;
         if world.is_root() {

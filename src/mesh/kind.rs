@@ -336,17 +336,17 @@ impl CellKind {
     }
 
     /// The kind with Gmsh's number `gmsh`.
-    pub fn of_gmsh(gmsh: i32) -> Option<CellKind> {
+    pub(crate) fn of_gmsh(gmsh: i32) -> Option<CellKind> {
         Self::ALL.into_iter().find(|k| k.topology().gmsh == gmsh)
     }
 
     /// The kind with VTK's number `vtk`.
-    pub fn of_vtk(vtk: u8) -> Option<CellKind> {
+    pub(crate) fn of_vtk(vtk: u8) -> Option<CellKind> {
         Self::ALL.into_iter().find(|k| k.topology().vtk == vtk)
     }
 
     /// Face of the mirror image that is the mirror image of face `face`.
-    pub fn mirrored_face(self, face: usize) -> usize {
+    pub(crate) fn mirrored_face(self, face: usize) -> usize {
         let Topology { faces, mirror, .. } = self.topology();
         let set = |nodes: &mut dyn Iterator<Item = u8>| nodes.fold(0u32, |bits, n| bits | 1 << n);
         // The image's node at place i is node mirror[i].

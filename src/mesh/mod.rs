@@ -151,7 +151,7 @@ impl Mesh {
     }
 
     /// Adds the groups that `names` call by their full names, or in another case if the format knows none.
-    pub fn add_aliases<'a>(&mut self, names: impl Iterator<Item = &'a String>) {
+    pub(crate) fn add_aliases<'a>(&mut self, names: impl Iterator<Item = &'a String>) {
         for name in names.filter(|n| !self.groups.contains_key(*n)).cloned().collect::<Vec<_>>() {
             let lower = if self.naming == Naming::Abaqus { name.to_lowercase() } else { name.clone() };
             let group = self.aliases.get(&lower).unwrap_or(&lower);

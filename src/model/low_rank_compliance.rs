@@ -14,7 +14,7 @@ impl SharedModel {
     /// Collective: the model of the lower and the upper body of `job` on the grid of `interface`, from their modes
     /// and what their contact rows need, both in lower form and the same on every rank but for damping, which is on
     /// rank 0. The rows are those of the `grids` of all contacts. A state of rest sees the half-spaces alone.
-    pub fn of_compact(
+    pub(crate) fn of_compact(
         world: &World,
         job: &Job,
         (interface, grids): (Interface, &[Lines]),
@@ -41,7 +41,7 @@ impl SharedModel {
         let combined = |grid| Convolution::combined(&convolution(of_lower, grid)?, &convolution(of_upper, grid)?);
         let mut convolutions = grids.iter().map(combined).collect::<Result<Vec<_>>>()?;
         let pi = expansions(grids);
-        let Joined { beside, seen } = Joined::join([of_lower, of_upper]);
+        let JoinedCompliance { beside, seen } = JoinedCompliance::join([of_lower, of_upper]);
         let first = of_lower.seen.ncols();
         let omega: Vec<f64> = lower.omega.iter().chain(&upper.omega).copied().collect();
         let local = stacked(&convolutions);
@@ -82,14 +82,14 @@ impl SharedModel {
 
 /// Low-rank compliance and modes of both bodies at the contact.
 #[derive(Debug, Clone)]
-pub(super) struct Joined {
+pub(super) struct JoinedCompliance {
     /// Compliance beside the half-spaces that the modes have no part in, `[9T, 9T]`.
     pub beside: Mat<f64>,
     /// The modes of the lower body, then those of the upper one, `[9T, m1 + m2]`.
     pub seen: Mat<f64>,
 }
 
-impl Joined {
+impl JoinedCompliance {
     /// The lower and the upper body.
     pub fn join([lower, upper]: [&Compact; 2]) -> Self {
         // E π = π E, with the signs of the components of the functions.

@@ -121,7 +121,7 @@ impl ReducedModel {
     }
 
     /// Half-spaces with the influence `convolution` on the grid of the `interface`; no matrix is made.
-    pub fn of_half_spaces(interface: Interface, convolution: Convolution) -> Result<Self> {
+    pub(crate) fn of_half_spaces(interface: Interface, convolution: Convolution) -> Result<Self> {
         let nothing = || ReducedBody::new(Vec::new(), Vec::new(), Mat::zeros(0, 0), Mat::zeros(0, 0));
         let mut model = Self::new(interface, vec![nothing(), nothing()], [0, 1])?;
         model.pair.convolution = Some(convolution);

@@ -127,7 +127,7 @@ impl CoupledModel {
     }
 
     /// Looks whether what a state of rest sees of W on the grid of `interface` is a convolution.
-    pub fn find_convolution(&mut self, interface: &Interface) {
+    pub(crate) fn find_convolution(&mut self, interface: &Interface) {
         if let Some(patch) = interface.only().filter(|_| !interface.are_points()) {
             self.convolution = Convolution::found_in(self.at_rest(), &patch.x, &patch.y);
         }

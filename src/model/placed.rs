@@ -1,7 +1,7 @@
 //! Bodies of a [`SharedModel`] that are touched at another place: dense matrices are made of the nodes alone that a
 //! linearised contact asks for.
 
-use super::low_rank_compliance::Joined;
+use super::low_rank_compliance::JoinedCompliance;
 use super::pair::ModeFactors;
 use super::{adapt, CoupledModel, SharedModel};
 use crate::body::hybrid::{add_functions, expansion, Compact, Lines};
@@ -19,7 +19,7 @@ pub struct PlacedModel {
     /// The bodies as rolling sees them: without matrices of the contact rows.
     pub rolling: CoupledModel,
     grid: Lines,
-    contact: Joined,
+    contact: JoinedCompliance,
 }
 
 impl SharedModel {
@@ -50,7 +50,7 @@ impl SharedModel {
             names: own.names.clone(),
             reach: own.reach,
         };
-        let contact = Joined::join(parts);
+        let contact = JoinedCompliance::join(parts);
         match contact.seen.ncols() == own.omega.len() {
             true => Ok(PlacedModel { interface, rolling, grid, contact }),
             false => Err(Error::Defect("bodies are placed with other modes".into())),

@@ -180,7 +180,7 @@ fn temporary_name(target: &Path) -> PathBuf {
 
 /// Unfinished files of a target that earlier runs have left.
 #[derive(Debug, Default)]
-pub struct Leftovers {
+pub struct UnfinishedFiles {
     /// Files that were removed.
     pub removed: Vec<PathBuf>,
     /// Files of other hosts, where a run may be at work.
@@ -189,7 +189,7 @@ pub struct Leftovers {
 
 /// Removes what killed runs on this host have left of the same target.
 pub(super) fn sweep(target: &Path) {
-    clear(target, false, &mut Leftovers::default());
+    clear(target, false, &mut UnfinishedFiles::default());
 }
 
 /// Age from which a file of a process that lives is one of an earlier process of the same number, under a lock on the
@@ -198,7 +198,7 @@ const OLD: Duration = Duration::from_secs(60);
 
 /// Removes what runs on this host have left of `target` whose processes are gone; with a `lock` on the target also what
 /// is older than [`OLD`], where their number is that of another process now. Adds all to `found`.
-pub(super) fn clear(target: &Path, lock: bool, found: &mut Leftovers) {
+pub(super) fn clear(target: &Path, lock: bool, found: &mut UnfinishedFiles) {
     let Ok(entries) = fs::read_dir(directory(target)) else { return };
     let name = target.file_name().map(|n| n.to_string_lossy().into_owned()).unwrap_or_default();
     for entry in entries.flatten() {
@@ -254,12 +254,12 @@ mod tests {
             file.set_modified(SystemTime::now() - Duration::from_secs(seconds)).expect("a time");
         };
         // A run that is about to claim the target sees whether it can write: its file stays.
-        let mut found = Leftovers::default();
+        let mut found = UnfinishedFiles::default();
         clear(&target, true, &mut found);
         assert!(found.removed.is_empty() && living.exists() && beside.exists(), "{found:?}");
         [&living, &beside].iter().for_each(|path| age(path, 3600));
         for (lock, gone) in [(false, vec![made("run.h5", &host(), ended.id())]), (true, vec![living.clone(), beside])] {
-            let mut found = Leftovers::default();
+            let mut found = UnfinishedFiles::default();
             clear(&target, lock, &mut found);
             found.removed.sort();
             assert_eq!(found.removed, gone);

@@ -41,7 +41,7 @@ pub(super) fn digest(path: &str, place: &[usize], values: &Values) -> [u8; SIZE]
 
 /// Sums of the rows that this rank has written.
 #[derive(Default)]
-pub(super) struct Written {
+pub(super) struct RowSums {
     names: Vec<String>,
     dataset: Vec<i32>,
     first: Vec<i64>,
@@ -49,7 +49,7 @@ pub(super) struct Written {
     sums: Vec<u8>,
 }
 
-impl Written {
+impl RowSums {
     /// Takes the rows of a slab, `columns` values in each.
     pub(super) fn add(&mut self, slab: &Slab, columns: usize) {
         let rows = slab.values.len() / columns.max(1);
@@ -165,12 +165,12 @@ mod tests {
         let part = |from: usize, first: usize, count: usize| {
             Values::I64((from + first..from + first + count).map(|r| r as i64).collect())
         };
-        let mut written = Written::default();
+        let mut written = RowSums::default();
         for (start, end) in [(0, 4), (4, 7), (7, 10)] {
             let values = Values::I64(rows[start..end].to_vec());
             written.add(&Slab { path: "/x".into(), start, values }, 1);
         }
-        let Written { names, dataset, first, rows: counts, sums } = written;
+        let RowSums { names, dataset, first, rows: counts, sums } = written;
         let pieces =
             Pieces::new([names.into(), dataset.into(), first.into(), counts.into(), sums.into()]).expect("pieces");
         for (start, count, fit) in

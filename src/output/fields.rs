@@ -87,7 +87,7 @@ impl<'a> PointField<'a> {
 /// `nodes`: node of the whole mesh of each grid node (as in `ContactGrid::nodes`), `[n]`, on rank 0; `values`:
 /// `[n * components]`, on rank 0; other ranks pass empty slices. Nodes that are not on the grid get `elsewhere`.
 /// Returns `[node_ids.len() * components]`.
-pub fn on_points(
+pub(crate) fn on_points(
     world: &World,
     part: &MeshPart,
     nodes: &[u32],

@@ -30,10 +30,9 @@ mod values;
 pub(crate) mod verdict;
 mod vtkhdf;
 
-pub use atomic_file::Leftovers;
-pub use fields::{contact_fields, on_points, BodyPart, FieldKind, FieldSpec, PointField};
+pub use atomic_file::UnfinishedFiles;
+pub use fields::{contact_fields, BodyPart, FieldKind, FieldSpec, PointField};
 pub use modes::write_modes;
-pub use overwrite_policy::is_result;
 pub use patch::{averaged, GridPatch};
 pub use provenance::{sha256, utc_now, Provenance};
 pub use read::{survey, Reader};

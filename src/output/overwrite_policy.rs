@@ -49,7 +49,7 @@ pub(super) fn replaceable(target: &Path, overwrite: bool) -> Result<()> {
 
 /// Returns whether a regular file is a result of this program: an HDF5 file with provenance, or a sequence for
 /// ParaView.
-pub fn is_result(path: &Path) -> Result<bool> {
+pub(crate) fn is_result(path: &Path) -> Result<bool> {
     use std::io::Read;
     let mut start = Vec::new();
     let read = fs::File::open(path).and_then(|f| f.take(SIGNATURE.len() as u64).read_to_end(&mut start));

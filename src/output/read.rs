@@ -75,7 +75,7 @@ impl Reader {
 
     /// Shape and values of a dataset whose SHA-256 was written beside it; an error where they do not fit it, or where
     /// there is none.
-    pub fn verified(&self, path: &str) -> Result<(Vec<usize>, Values)> {
+    pub(crate) fn verified(&self, path: &str) -> Result<(Vec<usize>, Values)> {
         let (shape, values) = self.read(path)?;
         let sum = self.attribute(path, SUM).map_err(|e| e.context("a checksum is missing"))?;
         if sum != hexadecimal(&digest(path, &shape, &values)) {
@@ -86,7 +86,7 @@ impl Reader {
     }
 
     /// [`Reader::verified`] for real numbers.
-    pub fn verified_numbers(&self, path: &str) -> Result<(Vec<usize>, Vec<f64>)> {
+    pub(crate) fn verified_numbers(&self, path: &str) -> Result<(Vec<usize>, Vec<f64>)> {
         match self.verified(path)? {
             (shape, Values::F64(v)) => Ok((shape, v)),
             _ => Err(self.fault(path, "it does not hold real numbers of double precision")),
@@ -94,7 +94,7 @@ impl Reader {
     }
 
     /// [`Reader::verified`] for a scalar text.
-    pub fn verified_text(&self, path: &str) -> Result<String> {
+    pub(crate) fn verified_text(&self, path: &str) -> Result<String> {
         match self.verified(path)?.1 {
             Values::Text(v) if v.len() == 1 => Ok(v.into_iter().next().unwrap_or_default()),
             _ => Err(self.fault(path, "it is not one text")),
@@ -102,7 +102,7 @@ impl Reader {
     }
 
     /// Shape and values of a dataset that the ranks wrote row by row, with the sums of all their rows in the file.
-    pub fn verified_rows(&self, path: &str) -> Result<(Vec<usize>, Values)> {
+    pub(crate) fn verified_rows(&self, path: &str) -> Result<(Vec<usize>, Values)> {
         let (shape, values) = self.read(path)?;
         let rows = shape.first().copied().unwrap_or(1);
         self.fit(path, 0..rows, &values)?;

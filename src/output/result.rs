@@ -1,6 +1,6 @@
 //! The main file of a run.
 
-use super::atomic_file::{check_target, clear, Leftovers, Partial};
+use super::atomic_file::{check_target, clear, Partial, UnfinishedFiles};
 use super::claim::Claim;
 use super::fields::{BodyPart, PointField};
 use super::overwrite_policy::replaceable;
@@ -33,7 +33,7 @@ pub struct ResultFile<'w> {
     /// On rank 0.
     claim: Option<Claim>,
     /// On rank 0: unfinished files of earlier runs.
-    left: Leftovers,
+    left: UnfinishedFiles,
     partial: Option<Partial>,
     /// True if it has fields.
     fields: bool,
@@ -59,7 +59,7 @@ impl<'w> ResultFile<'w> {
         // What another run wrote while this one waited for its claim.
         world.on_root(|| replaceable(path, overwrite))?;
         world.on_root(|| COMPANIONS.iter().try_for_each(|c| replaceable(&companion(path, c), overwrite)))?;
-        let mut left = Leftovers::default();
+        let mut left = UnfinishedFiles::default();
         if let Some(claim) = &claim {
             outputs(path).0.iter().for_each(|target| clear(target, claim.locked, &mut left));
         }
@@ -81,7 +81,7 @@ impl<'w> ResultFile<'w> {
     }
 
     /// On rank 0: unfinished files of earlier runs to the same output.
-    pub fn left(&self) -> &Leftovers {
+    pub fn left(&self) -> &UnfinishedFiles {
         &self.left
     }
 
@@ -93,7 +93,12 @@ impl<'w> ResultFile<'w> {
 
     /// Collective: as [`ResultFile::fields`], with cells of the contact grid on the bodies as a piece of their own:
     /// rank 0's count.
-    pub fn fields_and_grid(&mut self, bodies: &[BodyPart], fields: &[PointField], patches: &[GridPatch]) -> Result<()> {
+    pub(crate) fn fields_and_grid(
+        &mut self,
+        bodies: &[BodyPart],
+        fields: &[PointField],
+        patches: &[GridPatch],
+    ) -> Result<()> {
         let world = self.world;
         if self.partial.is_some() {
             return Err(Error::Defect("the fields of a result file are written once".into()));
@@ -126,7 +131,7 @@ impl<'w> ResultFile<'w> {
     }
 
     /// On rank 0: the tables that were added so far.
-    pub fn tables_so_far(&self) -> &[Table] {
+    pub(crate) fn tables_so_far(&self) -> &[Table] {
         &self.tables
     }
 
@@ -153,7 +158,7 @@ impl<'w> ResultFile<'w> {
     }
 
     /// Returns whether the compliance was among the tables of the last [`ResultFile::keep`].
-    pub fn keeps_all(&self) -> bool {
+    pub(crate) fn keeps_all(&self) -> bool {
         self.all
     }
 
@@ -164,7 +169,7 @@ impl<'w> ResultFile<'w> {
 
     /// Collective: the mode shapes of this run, made as [`ResultFile::shapes`], are kept; without any, those of an
     /// earlier run go.
-    pub fn keep_shapes(&mut self, shapes: Option<SequenceFile>) -> Result<()> {
+    pub(crate) fn keep_shapes(&mut self, shapes: Option<SequenceFile>) -> Result<()> {
         let path = self.shapes();
         match shapes {
             Some(made) => made.finish()?,
@@ -183,17 +188,17 @@ impl<'w> ResultFile<'w> {
     }
 
     /// The file of [`ResultFile::keep`].
-    pub fn kept_file(&self) -> Option<&Path> {
+    pub(crate) fn kept_file(&self) -> Option<&Path> {
         self.kept.as_deref()
     }
 
     /// The folder `path` goes once the file is complete: what it keeps is then in the file.
-    pub fn discard(&mut self, path: &Path) {
+    pub(crate) fn discard(&mut self, path: &Path) {
         self.discarded = Some(path.to_owned());
     }
 
     /// The datasets of `group` in these segments become part of the file, which then takes their place.
-    pub fn append(&mut self, segments: Segments, group: &str) {
+    pub(crate) fn append(&mut self, segments: Segments, group: &str) {
         self.segments.get_or_insert_with(|| (segments, Vec::new())).1.push(group.to_owned());
     }
 

@@ -2,10 +2,10 @@
 //! transient.
 
 use super::atomic_file::{check_target, Partial};
-use super::checksums::Written;
+use super::checksums::RowSums;
 use super::fields::{BodyPart, FieldSpec, PointField};
 use super::table::Table;
-use super::vtkhdf::{skeleton, strong, GridPiece, OpenSlabs, Slab, Slot};
+use super::vtkhdf::{skeleton, strong, DatasetSlot, GridPiece, OpenSlabs, Slab};
 use crate::parallel::World;
 use crate::{Error, Result};
 use std::path::Path;
@@ -22,7 +22,7 @@ pub struct SequenceFile<'w> {
     single: bool,
     steps: usize,
     /// Sums of the rows of this rank, where they are wanted.
-    written: Option<Written>,
+    written: Option<RowSums>,
 }
 
 /// Contents of a sequence.
@@ -72,7 +72,7 @@ impl<'w> SequenceFile<'w> {
             skeleton(&partial, Some([2, 0]), &slots, &all, Some(steps as i64))
         })?;
         let open = OpenSlabs::open(world, &partial)?;
-        let written = summed.then(Written::default);
+        let written = summed.then(RowSums::default);
         let mut file = Self { world, open, partial, piece, specs, single, steps, written };
         file.put(&slabs, &slots)?;
         Ok(file)
@@ -89,12 +89,12 @@ impl<'w> SequenceFile<'w> {
             fields.map(|f| self.piece.slab(&f, step, self.single)).collect()
         };
         let slabs: Vec<Slab> = self.world.agree(slabs)?;
-        let slots: Vec<Slot> = self.specs.iter().map(|s| self.piece.slot(s, self.steps, self.single)).collect();
+        let slots: Vec<DatasetSlot> = self.specs.iter().map(|s| self.piece.slot(s, self.steps, self.single)).collect();
         self.put(&slabs, &slots)
     }
 
     /// Collective: writes rows of this rank.
-    fn put(&mut self, slabs: &[Slab], slots: &[Slot]) -> Result<()> {
+    fn put(&mut self, slabs: &[Slab], slots: &[DatasetSlot]) -> Result<()> {
         if let Some(written) = &mut self.written {
             for slab in slabs {
                 let shape = slots.iter().find(|s| s.path == slab.path).map(|s| &s.shape[1..]);

@@ -59,7 +59,7 @@ impl Table {
     }
 
     /// The same in chunks of `rows` rows.
-    pub fn in_chunks(mut self, rows: usize) -> Self {
+    pub(crate) fn in_chunks(mut self, rows: usize) -> Self {
         self.extendible = Some(rows);
         self
     }

@@ -24,7 +24,7 @@ const BODY_OF_CELL: &str = "/VTKHDF/CellData/body";
 const RANK: &str = "/VTKHDF/CellData/rank";
 
 /// A dataset whose rows the ranks write.
-pub(super) struct Slot {
+pub(super) struct DatasetSlot {
     pub(super) path: String,
     pub(super) units: String,
     pub(super) description: String,
@@ -33,7 +33,7 @@ pub(super) struct Slot {
     pub(super) like: Values,
 }
 
-impl Slot {
+impl DatasetSlot {
     fn new(path: &str, units: &str, description: &str, shape: &[usize], like: Values) -> Self {
         let (path, units, description) = (path.to_owned(), units.to_owned(), description.to_owned());
         Self { path, units, description, shape: shape.to_vec(), like }
@@ -148,26 +148,26 @@ impl GridPiece {
     }
 
     /// The slots of the geometry and of the data that come with it.
-    fn geometry_slots(&self) -> Vec<Slot> {
+    fn geometry_slots(&self) -> Vec<DatasetSlot> {
         let (np, nc, ne) = (self.total(POINTS), self.total(CELLS), self.total(ENTRIES));
         let body = "Body: 1 lower, 2 upper.";
         let connectivity = "Points of the cells, numbered within the piece.";
         let offsets = "Start of each cell in Connectivity, and the end, for each piece.";
         let types = "VTK cell types: 12 hexahedron.";
         vec![
-            Slot::new(
+            DatasetSlot::new(
                 POINTS_PATH,
                 "m",
                 "Coordinates in the frame of the contact point.",
                 &[np, 3],
                 Values::F64(vec![]),
             ),
-            Slot::new(CONNECTIVITY, "-", connectivity, &[ne], Values::I64(vec![])),
-            Slot::new(OFFSETS, "-", offsets, &[nc + self.pieces()], Values::I64(vec![])),
-            Slot::new(TYPES, "-", types, &[nc], Values::U8(vec![])),
-            Slot::new(BODY_OF_POINT, "-", body, &[np], Values::I8(vec![])),
-            Slot::new(BODY_OF_CELL, "-", body, &[nc], Values::I8(vec![])),
-            Slot::new(RANK, "-", "Rank that owned the cell.", &[nc], Values::I32(vec![])),
+            DatasetSlot::new(CONNECTIVITY, "-", connectivity, &[ne], Values::I64(vec![])),
+            DatasetSlot::new(OFFSETS, "-", offsets, &[nc + self.pieces()], Values::I64(vec![])),
+            DatasetSlot::new(TYPES, "-", types, &[nc], Values::U8(vec![])),
+            DatasetSlot::new(BODY_OF_POINT, "-", body, &[np], Values::I8(vec![])),
+            DatasetSlot::new(BODY_OF_CELL, "-", body, &[nc], Values::I8(vec![])),
+            DatasetSlot::new(RANK, "-", "Rank that owned the cell.", &[nc], Values::I32(vec![])),
         ]
     }
 
@@ -188,7 +188,7 @@ impl GridPiece {
     }
 
     /// Slots and slabs of the geometry and of the data that come with it.
-    pub(super) fn geometry(&self) -> (Vec<Slot>, Vec<Slab>) {
+    pub(super) fn geometry(&self) -> (Vec<DatasetSlot>, Vec<Slab>) {
         let mut slabs = self.geometry_slabs(&self.block, self.rank as usize);
         if let Some(patch) = &self.patch {
             slabs.extend(self.geometry_slabs(patch, self.pieces() - 1));
@@ -212,7 +212,7 @@ impl GridPiece {
     }
 
     /// The slot of a point field with `steps` values one after the other.
-    pub(super) fn slot(&self, spec: &FieldSpec, steps: usize, single: bool) -> Slot {
+    pub(super) fn slot(&self, spec: &FieldSpec, steps: usize, single: bool) -> DatasetSlot {
         let rows = self.total(POINTS) * steps;
         let shape = if spec.kind == FieldKind::Vector { vec![rows, 3] } else { vec![rows] };
         let like = match spec.kind {
@@ -220,7 +220,7 @@ impl GridPiece {
             _ if single => Values::F32(vec![]),
             _ => Values::F64(vec![]),
         };
-        Slot::new(&field_path(&spec.name), &spec.units, &spec.description, &shape, like)
+        DatasetSlot::new(&field_path(&spec.name), &spec.units, &spec.description, &shape, like)
     }
 
     /// This rank's rows of a point field at a step.
@@ -283,7 +283,7 @@ fn field_path(name: &str) -> String {
 pub(super) fn skeleton(
     partial: &Partial,
     version: Option<[i64; 2]>,
-    slots: &[Slot],
+    slots: &[DatasetSlot],
     tables: &[Table],
     steps: Option<i64>,
 ) -> Result<()> {

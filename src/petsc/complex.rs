@@ -2,7 +2,7 @@
 
 use super::csr::DistCsr;
 use super::handle::{read, vector, write, Handle};
-use super::mumps::{failure, room, space, Failed};
+use super::mumps::{failure, room, space, MumpsCall};
 use super::session::{check, Petsc};
 use crate::{Error, Result};
 use mpi::raw::AsRaw;
@@ -110,11 +110,11 @@ impl<'p> ComplexFactor<'p> {
         })
     }
 
-    fn failing(&self, judge: impl FnOnce(&Failed) -> Result<()>) -> Result<()> {
+    fn failing(&self, judge: impl FnOnce(&MumpsCall) -> Result<()>) -> Result<()> {
         let on_disk = self.petsc.world().scratch.get().is_some();
         let megabytes = self.infog(if on_disk { 26 } else { 16 })?.max(0) as u64;
         let what = format!("the complex factorisation of {}", self.name);
-        judge(&Failed { what: &what, matrix: &self.name, entry: 16.0, megabytes, advice: ADVICE })
+        judge(&MumpsCall { what: &what, matrix: &self.name, entry: 16.0, megabytes, advice: ADVICE })
     }
 
     /// Collective: solves for `nrhs` right-hand sides in place. `rhs`: local rows, `[n_local, nrhs]` column by column.

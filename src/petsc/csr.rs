@@ -112,7 +112,7 @@ impl DistCsr {
     }
 
     /// Local entries on and below the diagonal as (row, column, value), global, 0-based.
-    pub fn lower_triangle(&self, rank: usize) -> impl Iterator<Item = (u64, u64, f64)> + '_ {
+    pub(crate) fn lower_triangle(&self, rank: usize) -> impl Iterator<Item = (u64, u64, f64)> + '_ {
         let first = self.ranges[rank];
         (0..self.n_local()).flat_map(move |i| {
             let row = first + i as u64;

@@ -50,7 +50,7 @@ impl Exchange {
     }
 
     /// Collective: as [`Exchange::fetch`] for `width` values of each entry, one behind the other.
-    pub fn fetch_wide<T: Equivalence + Copy + Default>(&self, world: &World, x: &[T], width: usize) -> Vec<T> {
+    pub(crate) fn fetch_wide<T: Equivalence + Copy + Default>(&self, world: &World, x: &[T], width: usize) -> Vec<T> {
         let mut values = vec![T::default(); width * self.ghosts.len()];
         let entry = |&row: &u32| &x[row as usize * width..(row as usize + 1) * width];
         let outgoing: Vec<Vec<T>> =

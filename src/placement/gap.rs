@@ -53,7 +53,7 @@ impl Gap {
 
     /// Part of the force, given by the `pressure` of each node, that lies on the last line before the wheel's profile
     /// belongs to another contact: 0 where the contact ends by itself.
-    pub fn share_at_neighbour(&self, pressure: impl Fn(usize) -> f64) -> f64 {
+    pub(crate) fn share_at_neighbour(&self, pressure: impl Fn(usize) -> f64) -> f64 {
         let nx = self.x.len();
         let open = |i: usize| self.gap.get(i).is_some_and(|gap| *gap >= APART);
         let last = |i: usize| !open(i) && (open(i + nx) || i.checked_sub(nx).is_some_and(open));
@@ -74,20 +74,20 @@ pub fn grid_lines(extent: [f64; 2]) -> [Vec<f64>; 2] {
 }
 
 /// The same with at least so many `spacings` in the smaller extent.
-pub fn finer_grid_lines(extent: [f64; 2], spacings: f64) -> [Vec<f64>; 2] {
+pub(crate) fn finer_grid_lines(extent: [f64; 2], spacings: f64) -> [Vec<f64>; 2] {
     lines_within(extent, spacings, MARGIN, LINES)
 }
 
 /// Lines over ±1.4 of the extents along x and y, m, at most 33 of either: on them the closed part of one of several
 /// contacts is looked for.
-pub fn rough_grid_lines(extent: [f64; 2]) -> [Vec<f64>; 2] {
+pub(crate) fn rough_grid_lines(extent: [f64; 2]) -> [Vec<f64>; 2] {
     lines_within(extent, 2.0 * ROUGH_LINES as f64, TIGHT_MARGIN, ROUGH_LINES)
 }
 
 /// Lines of the grid of one of several contacts, at most 98 of either: over the ranges `closed` along x and y, m, and
 /// 0.4 of their halves on either side, equally spaced with at least so many `spacings` in the smaller half. A line of
 /// either passes through the origin if the range has it.
-pub fn fitted_grid_lines(closed: [[f64; 2]; 2], spacings: f64) -> [Vec<f64>; 2] {
+pub(crate) fn fitted_grid_lines(closed: [[f64; 2]; 2], spacings: f64) -> [Vec<f64>; 2] {
     let half = closed.map(|[from, to]| 0.5 * (to - from));
     let wanted = half[0].min(half[1]) / spacings.max(SPACINGS);
     [0, 1].map(|c| {

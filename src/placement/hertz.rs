@@ -8,7 +8,7 @@ const MAX_ELONGATION: f64 = 50.0;
 
 /// Load that presses two surfaces together.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Press {
+pub enum HertzLoad {
     /// Normal force, N.
     Force(f64),
     /// Approach, m.
@@ -47,10 +47,10 @@ impl Ellipse {
     /// # Errors
     /// Surfaces that fit each other so closely that there is no ellipse, or one more than 50 times as long as wide; a
     /// load that is not positive.
-    pub fn new(relative: [[f64; 2]; 2], modulus: f64, press: Press) -> Result<Self> {
+    pub fn new(relative: [[f64; 2]; 2], modulus: f64, press: HertzLoad) -> Result<Self> {
         let (value, unit) = match press {
-            Press::Force(v) => (v, "N"),
-            Press::Approach(v) => (v, "m"),
+            HertzLoad::Force(v) => (v, "N"),
+            HertzLoad::Approach(v) => (v, "m"),
         };
         if !(value > 0.0 && value.is_finite() && modulus > 0.0) {
             return Err(Error::Job(format!("Hertz' contact: found a load of {value} {unit}, expected a positive one")));
@@ -74,8 +74,8 @@ impl Ellipse {
         // p0 = E* A a / (k D) with the long semi-axis a, the short one k a, A the smaller of the two half curvatures
         // and D = (K − E)/m.
         let long = match press {
-            Press::Force(f) => (1.5 * f * d_integral / (PI * low * modulus)).cbrt(),
-            Press::Approach(d) => (d * d_integral / (low * k_integral)).sqrt(),
+            HertzLoad::Force(f) => (1.5 * f * d_integral / (PI * low * modulus)).cbrt(),
+            HertzLoad::Approach(d) => (d * d_integral / (low * k_integral)).sqrt(),
         };
         let pressure = modulus * low * long / (ratio * d_integral);
         let short = ratio * long;
@@ -174,7 +174,7 @@ mod tests {
     fn a_circle_is_that_of_hertz() {
         // Two bodies of R = 0.5 m, 70 kN, E* = 112.64 GPa: a = 4.884 mm, 1401.0 MPa, 95.43 µm.
         let modulus = 205e9 / 2.0 / 0.91;
-        let found = Ellipse::new([[4.0, 0.0], [0.0, 4.0]], modulus, Press::Force(70e3)).unwrap();
+        let found = Ellipse::new([[4.0, 0.0], [0.0, 4.0]], modulus, HertzLoad::Force(70e3)).unwrap();
         for axis in found.semi_axes {
             assert!((axis - 4.884e-3).abs() < 1e-6);
         }
@@ -186,7 +186,7 @@ mod tests {
     #[test]
     fn an_ellipse_presses_the_half_space_to_its_curvatures() {
         let (h, modulus) = ([[3.0, 0.0], [0.0, 11.0]], 100e9);
-        let found = Ellipse::new(h, modulus, Press::Force(20e3)).unwrap();
+        let found = Ellipse::new(h, modulus, HertzLoad::Force(20e3)).unwrap();
         let [a, b] = found.semi_axes;
         // Sum of the displacements of both bodies at a point: 1/(π E*) ∫ p/r, in polar coordinates about the point,
         // where the singularity is gone.
@@ -213,7 +213,7 @@ mod tests {
             assert!((sunk(x, y) + gap - found.approach).abs() < 1e-6 * found.approach, "{u} {v}: {}", sunk(x, y) + gap);
         }
         assert!((found.force - 20e3).abs() < 1e-6);
-        let again = Ellipse::new(h, modulus, Press::Approach(found.approach)).unwrap();
+        let again = Ellipse::new(h, modulus, HertzLoad::Approach(found.approach)).unwrap();
         assert!((again.force / found.force - 1.0).abs() < 1e-12);
     }
 
@@ -224,18 +224,18 @@ mod tests {
             let d = low - high;
             [[low * c * c + high * s * s, d * s * c], [d * s * c, low * s * s + high * c * c]]
         };
-        let straight = Ellipse::new([[2.0, 0.0], [0.0, 9.0]], 1e11, Press::Force(1e4)).unwrap();
-        let found = Ellipse::new(turned(2.0, 9.0), 1e11, Press::Force(1e4)).unwrap();
+        let straight = Ellipse::new([[2.0, 0.0], [0.0, 9.0]], 1e11, HertzLoad::Force(1e4)).unwrap();
+        let found = Ellipse::new(turned(2.0, 9.0), 1e11, HertzLoad::Force(1e4)).unwrap();
         assert!((found.angle - 0.3).abs() < 1e-14 && straight.angle == 0.0);
         assert!(
             (found.semi_axes[0] / straight.semi_axes[0] - 1.0).abs() < 1e-12 && found.semi_axes[0] > found.semi_axes[1]
         );
-        let across = Ellipse::new(turned(9.0, 2.0), 1e11, Press::Force(1e4)).unwrap();
+        let across = Ellipse::new(turned(9.0, 2.0), 1e11, HertzLoad::Force(1e4)).unwrap();
         assert!((across.angle - 0.3).abs() < 1e-14 && across.semi_axes[0] < across.semi_axes[1]);
         for relative in [[[2.0, 0.0], [0.0, -0.1]], [[2.0, 0.0], [0.0, 1e-4]]] {
-            let error = Ellipse::new(relative, 1e11, Press::Force(1e4)).unwrap_err();
+            let error = Ellipse::new(relative, 1e11, HertzLoad::Force(1e4)).unwrap_err();
             assert!(error.exit_code() == 2 && error.to_string().contains("fit each other"), "{error}");
         }
-        assert!(Ellipse::new([[2.0, 0.0], [0.0, 2.0]], 1e11, Press::Force(0.0)).is_err());
+        assert!(Ellipse::new([[2.0, 0.0], [0.0, 2.0]], 1e11, HertzLoad::Force(0.0)).is_err());
     }
 }

@@ -55,8 +55,11 @@ mod touch;
 
 use crate::{Error, Result};
 pub use frame::{Creepages, Frame, RollingMotion};
-pub use gap::{finer_grid_lines, fitted_grid_lines, grid_lines, rough_grid_lines, Gap};
-pub use hertz::{Ellipse, Press};
+pub(crate) use gap::finer_grid_lines;
+pub(crate) use gap::fitted_grid_lines;
+pub(crate) use gap::rough_grid_lines;
+pub use gap::{grid_lines, Gap};
+pub use hertz::{Ellipse, HertzLoad};
 pub use places::{ContactPlace, MovableWheel};
 use pose::WheelPose;
 pub use profile::RunningProfile;
@@ -274,7 +277,10 @@ impl WheelPlacement {
         pair.wheel.height = first.distance;
         let rest = minima.iter().map(|c| Close {
             distance: c.distance - first.distance,
-            lowest: pose::Lowest { point: pose::along(c.lowest.point, first.distance, [0.0, 0.0, 1.0]), ..c.lowest },
+            lowest: pose::LowestPoint {
+                point: pose::along(c.lowest.point, first.distance, [0.0, 0.0, 1.0]),
+                ..c.lowest
+            },
             ..*c
         });
         let minima = rest.collect();

@@ -2,7 +2,7 @@
 
 use super::frame::{Creepages, Frame, RollingMotion};
 use super::gap::Gap;
-use super::hertz::{Ellipse, Press};
+use super::hertz::{Ellipse, HertzLoad};
 use super::touch::Close;
 use super::{frame, gap, pose, Curvatures, PlacedWheel, Seat, Touch, WIDTH_OF_OVERLAP};
 use crate::{Error, Result};
@@ -53,7 +53,7 @@ impl PlacedWheel {
     ///
     /// # Errors
     /// As [`Ellipse::new`]; an ellipse that reaches the end of a profile.
-    pub fn ellipse(&self, modulus: f64, press: Press) -> Result<Ellipse> {
+    pub fn ellipse(&self, modulus: f64, press: HertzLoad) -> Result<Ellipse> {
         let ellipse = Ellipse::new(self.curvatures().relative, modulus, press)?;
         let touch = self.touch();
         let half = ellipse.extent()[1];
@@ -111,14 +111,14 @@ impl PlacedWheel {
     }
 
     /// The rail's line in the track frame, (y, z) in m, places no further apart than `step` (m): to be drawn.
-    pub fn rail_line(&self, step: f64) -> Vec<[f64; 2]> {
+    pub(crate) fn rail_line(&self, step: f64) -> Vec<[f64; 2]> {
         let rail = &self.pair.rail;
         rail.nodes(step).into_iter().map(|y| [self.side.sign() * y, rail.local(y).z]).collect()
     }
 
     /// The wheel's outline at first touch, seen along the track, (y, z) of the track frame in m, places of the
     /// profile no further apart than `step` (m).
-    pub fn wheel_line(&self, step: f64) -> Vec<[f64; 2]> {
+    pub(crate) fn wheel_line(&self, step: f64) -> Vec<[f64; 2]> {
         let wheel = &self.pair.wheel;
         let points = wheel.profile.nodes(step).into_iter().filter_map(|y| wheel.lowest(y));
         points.map(|l| [self.side.sign() * l.point[1], l.point[2]]).collect()
@@ -163,7 +163,7 @@ impl PlacedWheel {
 
     /// Distance of the origin of a frame ahead of the axle, m, across it: the other wheel of a yawed wheelset lies
     /// behind or ahead of this one along the track, and not about the axle.
-    pub fn ahead_of_axle(&self, frame: &Frame) -> f64 {
+    pub(crate) fn ahead_of_axle(&self, frame: &Frame) -> f64 {
         let wheel = &self.pair.wheel;
         wheel.inwards(pose::along(frame.origin, -1.0, wheel.centre()))[0]
     }

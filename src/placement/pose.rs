@@ -41,7 +41,7 @@ pub(super) struct WheelPose {
 /// A point of the lowest line: the points of the wheel where its normal has no component along the track, which are
 /// those that can touch a prismatic rail.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Lowest {
+pub(super) struct LowestPoint {
     /// Position on the wheel's profile, m.
     pub wheel_y: f64,
     /// The point in the track frame, m.
@@ -83,7 +83,7 @@ impl WheelPose {
     ///
     /// The outward normal (sin θ, −r′, cos θ) of a surface of revolution in its own frame has no component along the
     /// track where sin θ = −r′ tan ψ, whatever the roll.
-    pub fn lowest(&self, wheel_y: f64) -> Option<Lowest> {
+    pub fn lowest(&self, wheel_y: f64) -> Option<LowestPoint> {
         let local = self.profile.local(wheel_y);
         let r = self.rotation();
         let s = -local.slope * self.yaw.tan();
@@ -95,7 +95,7 @@ impl WheelPose {
         let turn = |v: Vector| [0, 1, 2].map(|k| dot(r[k], v));
         let arm = turn([radius * s, self.offset + wheel_y, radius * c]);
         let normal = turn([s, -local.slope, c]);
-        Some(Lowest { wheel_y, point: along(self.centre(), 1.0, arm), slope: -normal[1] / normal[2] })
+        Some(LowestPoint { wheel_y, point: along(self.centre(), 1.0, arm), slope: -normal[1] / normal[2] })
     }
 
     /// Position on the profile and the distance, along `direction` from `start` (track frame, m), of the wheel's

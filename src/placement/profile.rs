@@ -4,6 +4,7 @@ use crate::{Error, Result};
 use std::f64::consts::FRAC_PI_2;
 
 /// Slopes that differ by no more than this at a break are one tangent: drawings are given to so many digits.
+#[cfg(test)]
 const TANGENT: f64 = 1e-3;
 
 /// Longest piece of a curve other than a line or an arc when a profile is turned, m.
@@ -166,7 +167,8 @@ impl RunningProfile {
 
     /// Corners: breaks at which the direction of the line changes by more than 1 mrad, and by how much: (y in m,
     /// angle in rad, positive where the slope grows with y).
-    pub fn kinks(&self) -> Vec<(f64, f64)> {
+    #[cfg(test)]
+    pub(crate) fn kinks(&self) -> Vec<(f64, f64)> {
         let pairs = self.pieces.windows(2).zip(&self.breaks[1..]);
         let turn =
             |(pair, &y): (&[ProfilePiece], &f64)| (y, pair[1].local(y).slope.atan() - pair[0].local(y).slope.atan());

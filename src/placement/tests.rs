@@ -66,7 +66,7 @@ fn force_at_a_neighbour_is_told() {
 fn the_example_of_the_page() {
     let placed = standard(RailSide::Right, -4e-3, 0.010, 0.0);
     let touch = placed.touch();
-    let ellipse = placed.ellipse(0.5 * 210e9 / 0.91, Press::Force(60e3)).unwrap();
+    let ellipse = placed.ellipse(0.5 * 210e9 / 0.91, HertzLoad::Force(60e3)).unwrap();
     let frame = placed.centred_frame(ellipse.approach).unwrap();
     let creepages = placed.creepages(&frame, &RollingMotion::free_rolling(10.0)).unwrap();
     for (found, want, digit) in [
@@ -412,7 +412,7 @@ fn seats_on_the_drawings() {
 fn the_extent_of_a_grid() {
     let upright = WheelPlacement { cant: 0.0, ..placement(RailSide::Right, 0.0, 0.0, 0.0) };
     let placed = upright.place(&cone(-0.02), &cylinder()).unwrap();
-    let ellipse = placed.ellipse(1.1e11, Press::Approach(30e-6)).unwrap();
+    let ellipse = placed.ellipse(1.1e11, HertzLoad::Approach(30e-6)).unwrap();
     let wide = (2.0 * 30e-6 * 0.2_f64).sqrt();
     let found = placed.extent(&placed.frame(), &ellipse).unwrap();
     assert!(found[0] == ellipse.extent()[0] && found[1] >= ellipse.extent()[1]);
@@ -438,10 +438,11 @@ fn grids_and_edges() {
     assert!(gap.refuse_edge(|i| i < 6).is_ok());
     assert!(gap.refuse_edge(|i| i == 7).unwrap_err().to_string().contains("end of a profile"));
     let modulus = 1.1e11;
-    let half = |load: f64| Ellipse::new(placed.curvatures().relative, modulus, Press::Force(load)).unwrap().extent()[1];
+    let half =
+        |load: f64| Ellipse::new(placed.curvatures().relative, modulus, HertzLoad::Force(load)).unwrap().extent()[1];
     let load = 1e4 * (end / half(1e4)).powi(3);
-    assert!(placed.ellipse(modulus, Press::Force(0.99 * load)).is_ok());
-    let error = placed.ellipse(modulus, Press::Force(1.01 * load)).unwrap_err();
+    assert!(placed.ellipse(modulus, HertzLoad::Force(0.99 * load)).is_ok());
+    let error = placed.ellipse(modulus, HertzLoad::Force(1.01 * load)).unwrap_err();
     assert!(
         error.exit_code() == 2 && error.to_string().contains("reaches the end of the profile of the wheel (short)"),
         "{error}"

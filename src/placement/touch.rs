@@ -1,6 +1,6 @@
 //! Search for the first point of contact of wheel and rail, and for further ones.
 
-use super::pose::{along, dot, Lowest, Vector, WheelPose};
+use super::pose::{along, dot, LowestPoint, Vector, WheelPose};
 use super::profile::RunningProfile;
 use crate::{Error, Result};
 
@@ -27,7 +27,7 @@ const MAX_ANGLE: f64 = 1.4;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Close {
     /// The point of the wheel.
-    pub lowest: Lowest,
+    pub lowest: LowestPoint,
     /// Vertical distance to the rail, m.
     pub distance: f64,
     /// Slope dz/dy of the rail there.

@@ -148,7 +148,7 @@ impl Plan {
     }
 
     /// Estimated peak memory of each rank other than 0, byte.
-    pub fn per_rank(&self) -> f64 {
+    pub(crate) fn per_rank(&self) -> f64 {
         self.shared.iter().map(|(_, bytes)| bytes).sum::<f64>() / self.ranks as f64
     }
 

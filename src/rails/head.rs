@@ -13,7 +13,7 @@ pub struct HeadPoint {
 
 impl HeadPoint {
     /// A point (z, y) of the upright section in the frame of the surface here: (z, y), m.
-    pub fn in_surface_frame(&self, [z, y]: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn in_surface_frame(&self, [z, y]: [f64; 2]) -> [f64; 2] {
         let (s, c) = self.angle.sin_cos();
         let (y, z) = (y - self.y, z - self.z);
         [c * z - s * y, c * y + s * z]
@@ -87,7 +87,7 @@ impl Head {
     }
 
     /// Length of the surface from the crown to the distance `y` ≥ 0 from the middle, m, on the arcs.
-    pub fn to_distance(&self, y: f64) -> f64 {
+    pub(crate) fn to_distance(&self, y: f64) -> f64 {
         let (mut length, mut angle, mut at) = (0.0, 0.0_f64, 0.0);
         for (radius, end) in self.arcs() {
             let reached = at + radius * (end.sin() - angle.sin());
@@ -102,7 +102,7 @@ impl Head {
     }
 
     /// Length of the surface from the crown to the depth [`DEEPEST`] below it, m.
-    pub fn to_deepest(&self) -> f64 {
+    pub(crate) fn to_deepest(&self) -> f64 {
         let steep = self.steep();
         let end = self.to_angle(steep);
         let depth = self.height - self.point(end).z;
@@ -115,7 +115,7 @@ impl Head {
     }
 
     /// Radius of the arc at a distance from the middle, m.
-    pub fn radius_at(&self, y: f64) -> f64 {
+    pub(crate) fn radius_at(&self, y: f64) -> f64 {
         let k = self.ends.iter().take_while(|end| y.abs() >= **end).count();
         self.radii[k]
     }

@@ -65,7 +65,7 @@ impl InputDistribution {
     }
 
     /// The probability of a value up to `x`.
-    pub fn cdf(&self, x: f64) -> f64 {
+    pub(crate) fn cdf(&self, x: f64) -> f64 {
         match self {
             Self::Normal([mean, deviation]) => normal_cdf((x - mean) / deviation),
             Self::Lognormal([median, deviation]) => match x > 0.0 {

@@ -52,13 +52,13 @@ impl Band {
     }
 
     /// Mean square of the heights in the band, m².
-    pub fn mean_square(&self) -> f64 {
+    pub(crate) fn mean_square(&self) -> f64 {
         1e-12 * 10f64.powf(0.1 * self.level)
     }
 }
 
 /// The limit of the roughness of rails for measurements of rolling noise, figure 2 of ISO 3095:2013: 0.4 to 0.00315 m.
-pub fn iso3095() -> Vec<Band> {
+pub(crate) fn iso3095() -> Vec<Band> {
     const LEVELS: [f64; 22] = [
         17.1, 15.0, 13.0, 11.0, 9.0, 7.0, 4.9, 2.9, 0.9, -1.1, -3.2, -5.0, -5.6, -6.2, -6.8, -7.4, -8.0, -8.6, -9.2,
         -9.8, -10.4, -11.0,

@@ -106,7 +106,7 @@ fn nominal(n: i32) -> f64 {
 
 /// Time, s, in which the band that holds the frequency `lowest` (Hz) can be told from its neighbours: the main lobe
 /// of a Hann window of this length is as wide as the band.
-pub fn resolving_time(lowest: f64) -> f64 {
+pub(crate) fn resolving_time(lowest: f64) -> f64 {
     let centre = exact(number(lowest));
     4.0 / (centre * (half() - 1.0 / half()))
 }

@@ -106,7 +106,7 @@ pub const PATCH: f64 = 1.0 / 3.0;
 
 impl Radiation {
     /// Edge of the patches that the bands need, m.
-    pub fn patch_size(bands: &Bands, air: Air) -> f64 {
+    pub(crate) fn patch_size(bands: &Bands, air: Air) -> f64 {
         PATCH * air.speed / bands.highest()
     }
 
@@ -139,7 +139,7 @@ impl Radiation {
 
     /// ρc ∫ φ_n,i φ_n,j dS, N·s/m per kg, `[m × m]`: what the resistances would be, did the surface radiate as a
     /// plane wave does.
-    pub fn of_plane_waves(radiators: &Radiators, air: Air) -> Vec<f64> {
+    pub(crate) fn of_plane_waves(radiators: &Radiators, air: Air) -> Vec<f64> {
         let factor = air.density * air.speed;
         radiators.square().col_iter().flat_map(|c| c.iter().map(move |v| factor * v)).collect()
     }
@@ -165,7 +165,7 @@ impl Radiation {
     }
 
     /// Radiation resistance of the mode `j` of `m` at the frequency `f` (Hz), N·s/m per kg; 0 outside the bands.
-    pub fn of_mode(&self, f: f64, (j, m): (usize, usize)) -> f64 {
+    pub(crate) fn of_mode(&self, f: f64, (j, m): (usize, usize)) -> f64 {
         if !(self.bands.lowest()..=self.bands.highest()).contains(&f) {
             return 0.0;
         }
@@ -175,7 +175,7 @@ impl Radiation {
 
     /// Power in each third octave, W, of a periodic motion: `lines` are the complex amplitudes of the modal velocities
     /// at the multiples 1, 2, … of the frequency `f` (Hz), `[..][m]`.
-    pub fn of_lines(&self, f: f64, lines: &[Vec<Complex64>]) -> Vec<f64> {
+    pub(crate) fn of_lines(&self, f: f64, lines: &[Vec<Complex64>]) -> Vec<f64> {
         let mut power = vec![0.0; self.bands.centres().len()];
         for (k, x) in lines.iter().enumerate() {
             let f = (k + 1) as f64 * f;
@@ -252,7 +252,7 @@ impl<'a> PowerSpectrum<'a> {
     }
 
     /// The third octaves.
-    pub fn third_octaves(&self) -> ThirdOctaves {
+    pub(crate) fn third_octaves(&self) -> ThirdOctaves {
         let bands = self.radiation.bands;
         let centre = bands.centres();
         let mut power = vec![0.0; centre.len()];

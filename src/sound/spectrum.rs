@@ -39,7 +39,7 @@ impl Welch {
     }
 
     /// Samples from one piece to the next.
-    pub fn hop(&self) -> usize {
+    pub(crate) fn hop(&self) -> usize {
         self.length() / 2
     }
 
@@ -64,7 +64,7 @@ impl Welch {
 
     /// A mean over the interval T of two samples reduces a harmonic motion by sin(πfT)/(πfT); makes of the spectrum
     /// of such means that of the motion.
-    pub fn undo_mean(&self, lines: &mut [Complex64]) {
+    pub(crate) fn undo_mean(&self, lines: &mut [Complex64]) {
         for (k, z) in lines.iter_mut().enumerate().skip(1) {
             let x = PI * k as f64 * self.spacing() / self.rate;
             *z *= x / x.sin();

@@ -66,7 +66,7 @@ pub struct Problem<'a> {
 }
 
 /// The pair to be confirmed, and how.
-pub struct Asked<'a> {
+pub struct ConfirmationRequest<'a> {
     /// λ as it was found, 1/s.
     pub value: C,
     /// Shift, 1/s.
@@ -93,7 +93,11 @@ impl Problem<'_> {
     ///
     /// # Errors
     /// [`Error::NotConverged`] where the two are not the same.
-    pub fn confirm(&self, operator: &mut dyn ShellOperator, asked: &Asked) -> Result<Option<Confirmation>> {
+    pub fn confirm(
+        &self,
+        operator: &mut dyn ShellOperator,
+        asked: &ConfirmationRequest,
+    ) -> Result<Option<Confirmation>> {
         let target = asked.value / self.rate;
         let options = TwoSidedOptions {
             shift: asked.shift / self.rate,
@@ -220,7 +224,7 @@ impl ShellOperator for Dense {
 }
 
 /// On rank 0: SLEPc's confirmation of those `pairs` of the reduced model, which are unstable, in their order.
-pub fn of_reduced(
+pub(crate) fn of_reduced(
     petsc: &Petsc,
     bodies: &CoupledModel,
     contact: &LinearContact,
@@ -271,14 +275,14 @@ fn densely(
         let problem = Problem { petsc, span: Span::Rank, norms, rate: unit, system };
         let shift = value + C::from_polar(BESIDE * unit, std::f64::consts::FRAC_PI_4);
         let mut operator = Dense::at(matrices, shift / unit);
-        let asked = Asked { value, shift, right: &[], left: &[], effort: REDUCED };
+        let asked = ConfirmationRequest { value, shift, right: &[], left: &[], effort: REDUCED };
         all.push(problem.confirm(&mut operator, &asked)?);
     }
     Ok(all)
 }
 
 /// In the words of the summary: how many of the pairs that were asked about are confirmed, and how nearly.
-pub fn in_words(asked: &[Option<Confirmation>]) -> String {
+pub(crate) fn in_words(asked: &[Option<Confirmation>]) -> String {
     let all: Vec<Confirmation> = asked.iter().flatten().copied().collect();
     let most = |of: &dyn Fn(&Confirmation) -> f64| all.iter().map(of).fold(0.0, f64::max);
     format!(

@@ -26,7 +26,7 @@
 //! What rotation and damping couple directly to other modes is in ψ and K. Neglected is the rest of the motion over
 //! the contact alone: nothing where the compliance is `"hybrid"`.
 
-use super::reduced::{contact_rows, participation, ContactRows, Eigenpair, View};
+use super::reduced::{contact_rows, participation, BodyView, ContactRows, Eigenpair};
 use crate::contact::{LinearContact, Tangent};
 use crate::model::CoupledModel;
 use crate::{Error, Result};
@@ -105,7 +105,7 @@ impl Condensed {
             let of = |&i: &usize| functions[j / 3][i] * bodies.modes[(3 * i + j % 3, k)];
             closed.iter().map(of).sum::<f64>() / squares[j / 3]
         });
-        let view = View { modes: shapes.as_ref(), residual: bodies.residual.as_ref() };
+        let view = BodyView { modes: shapes.as_ref(), residual: bodies.residual.as_ref() };
         Ok(Self { rows: contact_rows(view, contact)?, motions, patches, modes })
     }
 

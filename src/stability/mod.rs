@@ -5,10 +5,10 @@ pub mod criterion;
 pub mod dense;
 mod equilibrium;
 pub mod full;
+pub mod nonlinear_eigen;
 pub(crate) mod point;
 pub mod reduced;
 pub(crate) mod rightmost;
-pub mod secular;
 pub mod sensitivity;
 
 use crate::contact::LinearContact;
@@ -30,7 +30,7 @@ const DRIFT: f64 = 100.0;
 const RIGID: f64 = 0.01;
 
 /// True for a rigid motion, whose eigenvalue is zero but for rounding.
-pub fn is_rigid(value: Complex<f64>) -> bool {
+pub(crate) fn is_rigid(value: Complex<f64>) -> bool {
     value.norm() < RIGID
 }
 
@@ -74,28 +74,28 @@ pub struct Spectrum {
 
 /// On rank 0: the eigenvalues about a sliding contact.
 pub fn spectrum(stability: &job::Stability, pair: &CoupledModel, contact: &LinearContact) -> Result<Spectrum> {
-    by(secular::eigenpairs, stability, pair, contact)
+    by(nonlinear_eigen::eigenpairs, stability, pair, contact)
 }
 
 /// The same where nothing but the eigenvalues is asked for: of many modes those with Im λ ≥ 0 alone, without their
 /// motions.
 pub fn eigenvalues(stability: &job::Stability, pair: &CoupledModel, contact: &LinearContact) -> Result<Spectrum> {
-    by(secular::eigenvalues, stability, pair, contact)
+    by(nonlinear_eigen::eigenvalues, stability, pair, contact)
 }
 
 /// The same as [`spectrum`] of the eigenvalues that are tracked from a known one; none where it is not certain that
 /// they are these. Where `is_counted` says so of them, other unstable ones are counted.
-pub fn continued(
+pub fn track(
     stability: &job::Stability,
     pair: &CoupledModel,
     contact: &LinearContact,
-    known: &secular::KnownSpectrum,
+    known: &nonlinear_eigen::KnownSpectrum,
     is_counted: &dyn Fn(&[Eigenpair]) -> bool,
-) -> Result<Option<(Spectrum, secular::Count)>> {
+) -> Result<Option<(Spectrum, nonlinear_eigen::Count)>> {
     let limit = limit(stability, pair)?;
     let bounds = [stability.damping_ratio, stability.tolerance];
-    let Some(found) = secular::continued(pair, contact, known, bounds, is_counted)? else { return Ok(None) };
-    let secular::ContinuedSpectrum { pairs, count } = found;
+    let Some(found) = nonlinear_eigen::track(pair, contact, known, bounds, is_counted)? else { return Ok(None) };
+    let nonlinear_eigen::TrackedSpectrum { pairs, count } = found;
     let all = pairs.iter().map(|p| p.value).collect();
     let eigenpairs = listed_pairs(stability, pairs, limit);
     let spectrum = Spectrum { eigenpairs, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() };
@@ -109,7 +109,7 @@ fn by(few: Few, stability: &job::Stability, pair: &CoupledModel, contact: &Linea
         Some(pairs) => pairs,
         None => {
             let pairs = eigenpairs(pair, contact, stability.tolerance)?;
-            secular::begin_at(pairs.iter().map(|p| p.value));
+            nonlinear_eigen::begin_at(pairs.iter().map(|p| p.value));
             pairs
         }
     };
@@ -118,17 +118,17 @@ fn by(few: Few, stability: &job::Stability, pair: &CoupledModel, contact: &Linea
     Ok(Spectrum { eigenpairs: kept, all, limit, closed: contact.nodes.len(), sticking: contact.sticking() })
 }
 
-/// Function that [`secular`] supplies.
+/// Function that [`nonlinear_eigen`] supplies.
 type Few = fn(&CoupledModel, &LinearContact, f64, f64) -> Result<Option<Vec<Eigenpair>>>;
 
 /// On rank 0: the first of those that [`spectrum`] lists, of many modes without its motion.
-pub fn least_stable(
+pub(crate) fn least_stable(
     stability: &job::Stability,
     pair: &CoupledModel,
     contact: &LinearContact,
 ) -> Result<Option<Eigenpair>> {
     let limit = limit(stability, pair)?;
-    if let Some(pairs) = by_functions(secular::eigenvalues, stability, pair, contact)? {
+    if let Some(pairs) = by_functions(nonlinear_eigen::eigenvalues, stability, pair, contact)? {
         return Ok(pairs.into_iter().find(|e| listed(stability, e, limit)));
     }
     rightmost::rightmost(pair, contact, stability.tolerance, |e| listed(stability, e, limit))
@@ -167,7 +167,7 @@ fn limit(stability: &job::Stability, pair: &CoupledModel) -> Result<f64> {
 }
 
 /// Members of `pairs` that are listed, by the frequency `limit`, Hz.
-pub fn listed_pairs(stability: &job::Stability, pairs: Vec<Eigenpair>, limit: f64) -> Vec<Eigenpair> {
+pub(crate) fn listed_pairs(stability: &job::Stability, pairs: Vec<Eigenpair>, limit: f64) -> Vec<Eigenpair> {
     pairs.into_iter().filter(|e| listed(stability, e, limit)).collect()
 }
 

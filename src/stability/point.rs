@@ -39,11 +39,11 @@ pub struct Comparison {
     /// The contact.
     pub ellipse: EllipticContact,
     /// For each of [`crate::contact::baseline::LAWS`].
-    pub laws: Vec<OfLaw>,
+    pub laws: Vec<LawSpectrum>,
 }
 
 /// Eigenvalues by one law.
-pub struct OfLaw {
+pub struct LawSpectrum {
     /// Its place among the laws.
     pub law: usize,
     /// Friction (x, y) on body 1, N.
@@ -54,7 +54,7 @@ pub struct OfLaw {
     pub partners: Vec<Option<usize>>,
 }
 
-impl OfLaw {
+impl LawSpectrum {
     /// The eigenvalue that is the partner of number `place` of the discretised contact, 1/s.
     pub fn partner(&self, place: usize) -> Option<C> {
         let at = self.partners.iter().position(|p| *p == Some(place));

@@ -124,14 +124,14 @@ fn yielding(contact: &LinearContact) -> Vec<Yielding> {
 /// Bodies as the contact reaches them: functions with the amplitudes of which they move at the contact rows, the modes
 /// or others of which these consist, and what is left of the compliance.
 #[derive(Clone, Copy)]
-pub(super) struct View<'a> {
+pub(super) struct BodyView<'a> {
     /// `[3n, m]`.
     pub modes: MatRef<'a, f64>,
     /// `[3n, 3n]`, m/N.
     pub residual: MatRef<'a, f64>,
 }
 
-impl<'a> From<&'a CoupledModel> for View<'a> {
+impl<'a> From<&'a CoupledModel> for BodyView<'a> {
     fn from(pair: &'a CoupledModel) -> Self {
         Self { modes: pair.modes.as_ref(), residual: pair.residual.as_ref() }
     }
@@ -139,7 +139,7 @@ impl<'a> From<&'a CoupledModel> for View<'a> {
 
 /// Displacements at the rows that a contact asks for, under its unknowns and its pressures.
 struct Responses<'a> {
-    bodies: View<'a>,
+    bodies: BodyView<'a>,
     /// Place of each contact row among those asked for, `[3n]`.
     place: Vec<usize>,
     /// Per unknown, `[rows, nf]`.
@@ -149,7 +149,7 @@ struct Responses<'a> {
 }
 
 impl<'a> Responses<'a> {
-    fn new(bodies: View<'a>, contact: &LinearContact, unknowns: &[Yielding]) -> Self {
+    fn new(bodies: BodyView<'a>, contact: &LinearContact, unknowns: &[Yielding]) -> Self {
         let (s, nodes) = (bodies.residual, &contact.nodes);
         let rows: Vec<usize> = contact.places().into_iter().flat_map(|i| 3 * i..3 * i + 3).collect();
         let mut place = vec![usize::MAX; s.nrows()];
@@ -176,7 +176,7 @@ impl<'a> Responses<'a> {
 
 /// Pressures r of the closed nodes as a function of (q, f), `[k, m + nf]`.
 fn pressures(responses: &Responses<'_>, contact: &LinearContact) -> Result<Mat<f64>> {
-    let Responses { bodies: View { residual: s, modes: psi }, place, by_force, by_pressure } = responses;
+    let Responses { bodies: BodyView { residual: s, modes: psi }, place, by_force, by_pressure } = responses;
     let (m, k, nf) = (psi.ncols(), contact.nodes.len(), by_force.ncols());
     let normal: Vec<usize> = contact.nodes.iter().map(|n| 3 * n.node + 2).collect();
     let mut s_np = Mat::from_fn(k, k, |i, j| by_pressure[(place[normal[i]], j)]);
@@ -223,7 +223,7 @@ pub fn reactions(bodies: &CoupledModel, contact: &LinearContact, pair: &Eigenpai
 /// y at rows as a function of (q, f), Ψ q + S(·, f) f + S(·, p) r, for a list of rows with coefficients for each
 /// unknown, `[nf, m + nf]`; p stands for the pressure with its friction −μτ, and r = `pressures` gives the pressures.
 fn rows_of(responses: &Responses<'_>, lists: &[Vec<(usize, f64)>], pressures: &Mat<f64>) -> Mat<f64> {
-    let Responses { bodies: View { modes: psi, .. }, place, by_force, by_pressure } = responses;
+    let Responses { bodies: BodyView { modes: psi, .. }, place, by_force, by_pressure } = responses;
     let (m, k, nf) = (psi.ncols(), by_pressure.ncols(), by_force.ncols());
     let sum = |i: usize, f: &dyn Fn(usize) -> f64| lists[i].iter().map(|&(row, c)| c * f(row)).sum::<f64>();
     let placed = |i: usize, column: &[f64]| lists[i].iter().map(|&(row, c)| c * column[place[row]]).sum::<f64>();
@@ -288,7 +288,7 @@ pub(super) struct ContactCoupling {
 
 impl ContactCoupling {
     /// System of the closed nodes of `contact` with these unknowns.
-    fn new(bodies: View<'_>, contact: &LinearContact, unknowns: &[Yielding]) -> Result<Self> {
+    fn new(bodies: BodyView<'_>, contact: &LinearContact, unknowns: &[Yielding]) -> Result<Self> {
         let (m, k, nf) = (bodies.modes.ncols(), contact.nodes.len(), unknowns.len());
         let (psi, nodes) = (bodies.modes, &contact.nodes);
         let responses = Responses::new(bodies, contact, unknowns);
@@ -329,7 +329,7 @@ pub(super) struct ContactRows {
 }
 
 /// Contact rows of `contact` on bodies that move as `bodies` says.
-pub(super) fn contact_rows(bodies: View<'_>, contact: &LinearContact) -> Result<ContactRows> {
+pub(super) fn contact_rows(bodies: BodyView<'_>, contact: &LinearContact) -> Result<ContactRows> {
     let (m, unknowns) = (bodies.modes.ncols(), yielding(contact));
     let ContactCoupling { g: forces, w: mut by_rate, x: mut at_rest } =
         ContactCoupling::new(bodies, contact, &unknowns)?;

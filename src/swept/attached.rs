@@ -203,7 +203,7 @@ pub struct RingLoss {
 
 impl Forms {
     /// Energies of the columns `x` at the order n in springs and dashpots of rings.
-    pub fn ring_loss(&self, n: usize, x: MatRef<'_, f64>) -> RingLoss {
+    pub(crate) fn ring_loss(&self, n: usize, x: MatRef<'_, f64>) -> RingLoss {
         let m = x.ncols();
         let mut loss = RingLoss { stored: vec![0.0; m], viscous: Mat::zeros(m, m) };
         let amplitude = |node: usize, c: usize, k: usize| self.amplitude(node).map_or(0.0, |first| x[(first + c, k)]);
@@ -226,7 +226,7 @@ impl Forms {
     }
 
     /// Returns true if rings have springs with a loss factor.
-    pub fn has_lossy_rings(&self) -> bool {
+    pub(crate) fn has_lossy_rings(&self) -> bool {
         self.rings.carried.iter().any(|ring| ring.attachment.loss > 0.0)
     }
 

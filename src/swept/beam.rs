@@ -116,12 +116,12 @@ impl Beam {
 
     /// Point receptance along the infinite bar, m/N, e^{+iωt}, on a foundation of the complex stiffness `foundation`,
     /// N/m².
-    pub fn infinite_along(&self, omega: f64, foundation: C64) -> C64 {
+    pub(crate) fn infinite_along(&self, omega: f64, foundation: C64) -> C64 {
         0.5 / self.compressed(omega, foundation).0
     }
 
     /// The same in the middle of the period of `ends` that have dashpots.
-    pub fn finite_along(&self, omega: f64, foundation: C64, ends: &AbsorbingEnds) -> C64 {
+    pub(crate) fn finite_along(&self, omega: f64, foundation: C64, ends: &AbsorbingEnds) -> C64 {
         let (resistance, q) = self.compressed(omega, foundation);
         let dashpot = C64::I * omega * self.density * self.area * ends.along;
         // There and back, the end sends back this part of a wave.

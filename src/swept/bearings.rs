@@ -114,7 +114,7 @@ impl Bearings {
 impl Forms {
     /// Mean displacements ⟨u⟩ of the columns `x` at the order n at each bearing, `[bearings, k]`: along y of the order
     /// 0, along z or x of the first or the second family of the order 1.
-    pub fn at_bearings(&self, n: usize, x: MatRef<'_, f64>) -> Mat<f64> {
+    pub(crate) fn at_bearings(&self, n: usize, x: MatRef<'_, f64>) -> Mat<f64> {
         let m = mean(n);
         Mat::from_fn(self.bearings.all.len(), x.ncols(), |j, k| {
             let of = |&(node, value): &(usize, f64)| {

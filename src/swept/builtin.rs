@@ -2,7 +2,7 @@
 
 use super::refine::refined;
 use super::wheel::Wheel;
-use super::{Attachment, Bearing, CrossSection, Drawn, Path, SectionCell, SectionContact, SectionElement, Spot};
+use super::{Attachment, Bearing, CrossSection, DrawnSection, Path, SectionCell, SectionContact, SectionElement, Spot};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -145,9 +145,9 @@ pub enum SectionSource {
     /// A wheel by its main dimensions.
     Wheel(Wheel),
     /// A drawn one.
-    Drawn {
+    DrawnSection {
         /// The drawing.
-        drawn: Rc<Drawn>,
+        drawn: Rc<DrawnSection>,
         /// y of the contact point in the drawing, m.
         offset: f64,
         /// True if it is seen from the other side.
@@ -182,7 +182,7 @@ impl SectionSource {
         match self {
             SectionSource::Cylinder(c) => c.outer_radius,
             SectionSource::Wheel(wheel) => wheel.contact().radius(),
-            SectionSource::Drawn { drawn, offset, .. } => drawn.running(*offset).map_or(0.0, |[r, _]| r),
+            SectionSource::DrawnSection { drawn, offset, .. } => drawn.running(*offset).map_or(0.0, |[r, _]| r),
         }
     }
 
@@ -191,7 +191,7 @@ impl SectionSource {
         match self {
             SectionSource::Cylinder(_) => SectionContact::level(self.radius()),
             SectionSource::Wheel(wheel) => wheel.contact(),
-            SectionSource::Drawn { drawn, offset, mirrored } => {
+            SectionSource::DrawnSection { drawn, offset, mirrored } => {
                 let [radius, slope] = drawn.running(*offset).unwrap_or_default();
                 let angle = if *mirrored { -slope.atan() } else { slope.atan() };
                 SectionContact::on(Spot { radius, origin: [radius, 0.0], angle, share: 1.0 })
@@ -200,7 +200,7 @@ impl SectionSource {
     }
 
     /// Points at which the loads of another contact act, in the frame of this section, y = 0 at its own contact.
-    pub fn contact_at(&self, place: RunningPlace) -> SectionContact {
+    pub(crate) fn contact_at(&self, place: RunningPlace) -> SectionContact {
         let (offset, mirrored) = self.frame();
         let beyond = if mirrored { offset - place.y } else { place.y - offset };
         match self {
@@ -219,8 +219,9 @@ impl SectionSource {
                     _ => there.contact().shifted(beyond),
                 }
             }
-            SectionSource::Drawn { drawn, mirrored, .. } => {
-                let there = SectionSource::Drawn { drawn: Rc::clone(drawn), offset: place.y, mirrored: *mirrored };
+            SectionSource::DrawnSection { drawn, mirrored, .. } => {
+                let there =
+                    SectionSource::DrawnSection { drawn: Rc::clone(drawn), offset: place.y, mirrored: *mirrored };
                 there.contact().shifted(beyond)
             }
         }
@@ -228,7 +229,7 @@ impl SectionSource {
 
     /// The mesh for loads at the own contact and at other places, spread over circles of the radii `radii`, m, of which
     /// the first one is that of the own contact. Errors: a place where nothing can be touched.
-    pub fn for_loads_at(&self, others: &[RunningPlace], radii: &[f64]) -> Result<CrossSection> {
+    pub(crate) fn for_loads_at(&self, others: &[RunningPlace], radii: &[f64]) -> Result<CrossSection> {
         let of_loads = |radius: f64| {
             let [corner, largest] = self.sizes();
             Focus { size: radius / 3.0, reach: 1.5 * radius, corner, largest }
@@ -249,7 +250,7 @@ impl SectionSource {
         for (place, radius) in rest {
             match self {
                 SectionSource::Wheel(wheel) => wheel.touched_at(place).refuse_untouchable()?,
-                SectionSource::Drawn { drawn, .. } => drawn.refuse_beside(place.y)?,
+                SectionSource::DrawnSection { drawn, .. } => drawn.refuse_beside(place.y)?,
                 // A contact beside the tread is found when its loads are laid.
                 SectionSource::Cylinder(_) => (),
             }
@@ -264,7 +265,7 @@ impl SectionSource {
         match self {
             SectionSource::Cylinder(c) => (c.contact_offset, false),
             SectionSource::Wheel(wheel) => (wheel.offset, wheel.mirrored),
-            SectionSource::Drawn { offset, mirrored, .. } => (*offset, *mirrored),
+            SectionSource::DrawnSection { offset, mirrored, .. } => (*offset, *mirrored),
         }
     }
 
@@ -334,7 +335,7 @@ impl SectionSource {
             SectionSource::Cylinder(c) => c.drop(y),
             SectionSource::Wheel(_) => 0.0,
             // Beside the running line nothing can touch.
-            SectionSource::Drawn { drawn, offset, mirrored } => {
+            SectionSource::DrawnSection { drawn, offset, mirrored } => {
                 let at = if *mirrored { offset - y } else { offset + y };
                 drawn.running(at).map_or(self.radius(), |[r, _]| self.radius() - r)
             }
@@ -361,7 +362,7 @@ impl SectionSource {
                 PARTS_OF_A_CYLINDER.map(|p| p * c.thickness.min(c.outer_radius - c.inner_radius))
             }
             SectionSource::Wheel(_) => PARTS_OF_THE_WHEEL,
-            SectionSource::Drawn { .. } => [f64::INFINITY; 2],
+            SectionSource::DrawnSection { .. } => [f64::INFINITY; 2],
         }
     }
 
@@ -369,7 +370,9 @@ impl SectionSource {
         match self {
             SectionSource::Cylinder(c) => cylinder(c, focus),
             SectionSource::Wheel(wheel) => wheel.section(focus),
-            SectionSource::Drawn { drawn, offset, mirrored } => drawn.with_contact_at(*offset, *mirrored, &focus),
+            SectionSource::DrawnSection { drawn, offset, mirrored } => {
+                drawn.with_contact_at(*offset, *mirrored, &focus)
+            }
         }
     }
 }

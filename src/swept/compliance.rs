@@ -83,13 +83,17 @@ impl<'f> Constant<'f> {
     }
 
     /// The same of a contact, in its frame.
-    pub fn for_contact(forms: &'f Forms, patches: &[LoadCircle], contact: &SectionContact) -> Result<Self> {
+    pub(crate) fn for_contact(forms: &'f Forms, patches: &[LoadCircle], contact: &SectionContact) -> Result<Self> {
         let sets: Vec<Vec<LoadCircle>> = patches.iter().map(|&patch| vec![patch]).collect();
         Self::of_contacts(forms, &sets, std::slice::from_ref(contact))
     }
 
     /// The same of several contacts, each in its frame; each set of `patches` has one circle of each contact.
-    pub fn of_contacts(forms: &'f Forms, patches: &[Vec<LoadCircle>], contacts: &[SectionContact]) -> Result<Self> {
+    pub(crate) fn of_contacts(
+        forms: &'f Forms,
+        patches: &[Vec<LoadCircle>],
+        contacts: &[SectionContact],
+    ) -> Result<Self> {
         let mut own = Vec::new();
         for (c, contact) in contacts.iter().enumerate() {
             let largest = patches.iter().map(|set| set[c].radius).fold(0.0, f64::max);

@@ -15,7 +15,7 @@
 //! cos nθ_c F_1′.
 
 use super::load::{Square, LOADS};
-use super::turn::both_turned;
+use super::load_frame::rotate_load_pairs;
 
 /// Spot of the surface of a section that carries loads.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -59,7 +59,7 @@ impl SectionContact {
 
     /// The same contact at another place along the path: at the angle `along` about the axle, rad, or at x = `along`
     /// on a line, m.
-    pub fn at_place(self, along: f64) -> Self {
+    pub(crate) fn at_place(self, along: f64) -> Self {
         Self { along, ..self }
     }
 
@@ -103,7 +103,7 @@ impl SectionContact {
     pub(super) fn locally(&self, of: impl Fn(&Spot) -> Square) -> Square {
         let mut all = [[0.0; LOADS]; LOADS];
         for spot in self.spots() {
-            let turned = both_turned(&of(spot), self.turn(spot));
+            let turned = rotate_load_pairs(&of(spot), self.turn(spot));
             for (sum, value) in all.as_flattened_mut().iter_mut().zip(turned.as_flattened()) {
                 *sum += spot.share * spot.share * value;
             }

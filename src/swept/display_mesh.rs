@@ -27,8 +27,8 @@ pub struct DisplayMesh {
 
 impl DisplayMesh {
     /// The section of `forms` with the contact point at the distance `radius`, m, from the axle, or 0 on a line, for
-    /// waves of orders up to `highest`; in a frame turned by `tilt`, rad, about x, as [`turned`](super::turned) has
-    /// it.
+    /// waves of orders up to `highest`; in a frame turned by `tilt`, rad, about x, as
+    /// [`rotate_loads`](super::rotate_loads) has it.
     pub fn new(forms: &Forms, radius: f64, highest: usize, tilt: f64) -> Self {
         let section = &forms.section;
         let mut number = vec![None; section.nodes.len()];

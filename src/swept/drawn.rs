@@ -9,7 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A section as it was drawn, of a wheel or a rail: nodes (r, y), m, which are (y, x) of the drawing; r of a wheel is
 /// from the axle, that of a rail is its height.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Drawn {
+pub struct DrawnSection {
     section: CrossSection,
 }
 
@@ -25,7 +25,7 @@ const STEEPEST: f64 = 5.671;
 /// Slices of which the beam of a section is summed.
 const SLICES: usize = 1000;
 
-impl Drawn {
+impl DrawnSection {
     /// Forms of a body swept along `path`: nodes (r, y), m; faces of 3, 4, 6, 8 or 9 nodes, corners first, then middles
     /// of the edges, then the centre; edges of named curves, first and last node first. Straight edges get a node in
     /// their middle. `running` names the running line. An error says what of the drawing is wrong, and where.
@@ -79,7 +79,7 @@ impl Drawn {
 
     /// The same with layers of other materials, each with the places of its faces among those of the drawing. An error
     /// says which of them does not fit.
-    pub fn with_layers(mut self, layers: Vec<(SectionLayer, &[usize])>) -> Result<Self> {
+    pub(crate) fn with_layers(mut self, layers: Vec<(SectionLayer, &[usize])>) -> Result<Self> {
         for (layer, faces) in layers {
             let number = self.section.layers.len() + 1;
             for &face in faces {
@@ -158,7 +158,7 @@ impl Drawn {
     }
 
     /// An error where the running line at y = `offset`, m, is too steep for a contact whose frame is not tilted.
-    pub fn refuse_steep(&self, offset: f64) -> Result<()> {
+    pub(crate) fn refuse_steep(&self, offset: f64) -> Result<()> {
         match self.running(offset) {
             Some([_, slope]) if slope.abs() > STEEPEST_LEVEL => Err(Error::Job(format!(
                 "the contact is at y = {offset} m of the section, where the running line has the slope \
@@ -243,7 +243,7 @@ impl Drawn {
     }
 }
 
-impl Drawn {
+impl DrawnSection {
     /// The section of a rail in the frame of a place of its head, and where the drawing is coarser than `focus`, finer.
     pub(super) fn in_frame(&self, contact: &HeadPoint, focus: Option<Focus>) -> Result<CrossSection> {
         let mut section = self.section.clone();
@@ -262,7 +262,7 @@ impl Drawn {
 }
 
 impl CrossSection {
-    /// The beam of an upright section, see [`Drawn::beam`].
+    /// The beam of an upright section, see [`DrawnSection::beam`].
     pub(super) fn beam(&self, material: ElasticMaterial, lateral: bool, loss: f64) -> Result<Beam> {
         let across = usize::from(lateral);
         let border = border(self)?;

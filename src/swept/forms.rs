@@ -13,7 +13,7 @@ use super::attached::{Attachment, Rings};
 use super::bearings::{Bearing, Bearings};
 use super::skyline_ldlt::{Envelope, SkylineFactor, BLOCK};
 use super::springs::EdgeSprings;
-use super::track::{Added, RailTrack};
+use super::track::{RailTrack, TrackMatrices};
 use super::{CrossSection, Path};
 use crate::fem::ElasticMaterial;
 use crate::{Error, Result};
@@ -99,7 +99,7 @@ impl Forms {
     }
 
     /// The same that carries `attachments`, each at the place of the section that is nearest to its own.
-    pub fn carrying(
+    pub(crate) fn carrying(
         mut section: CrossSection,
         material: ElasticMaterial,
         (fixed, springs): (&[String], &[EdgeSprings]),
@@ -119,7 +119,7 @@ impl Forms {
             nodes.iter().for_each(|&k| free[k] = false);
         }
         let mut forms = Self::made(section, material, Path::Axle, &free, &rings.links(&free))?;
-        forms.lay(&Added { blocks, mass: None });
+        forms.lay(&TrackMatrices { blocks, mass: None });
         forms.carry(rings);
         Ok(forms)
     }
@@ -218,7 +218,7 @@ impl Forms {
     }
 
     /// Adds springs, dashpots and mass of a track, or springs at edges.
-    fn lay(&mut self, added: &Added) {
+    fn lay(&mut self, added: &TrackMatrices) {
         if added.blocks.is_empty() {
             return;
         }
@@ -257,7 +257,7 @@ impl Forms {
     /// Returns whether `other` is the same section of the same material on the same way, in a frame that is elsewhere
     /// and turned by `angle`, rad, from y to z against that of this one; of a body of revolution along the axle alone.
     /// Tracks and springs are not looked at.
-    pub fn is_elsewhere(&self, other: &Self, angle: f64) -> bool {
+    pub(crate) fn is_elsewhere(&self, other: &Self, angle: f64) -> bool {
         let (a, b) = (&self.section, &other.section);
         let alike = self.path == other.path && self.material == other.material && self.place == other.place;
         if !alike
@@ -352,7 +352,7 @@ impl Forms {
     }
 
     /// The same in the memory of another factor.
-    pub fn factor_in(&self, memory: Vec<f64>, n: usize, sigma: f64) -> Result<SkylineFactor> {
+    pub(crate) fn factor_in(&self, memory: Vec<f64>, n: usize, sigma: f64) -> Result<SkylineFactor> {
         SkylineFactor::new(&self.envelope, self.values(memory, n, sigma))
     }
 

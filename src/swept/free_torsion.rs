@@ -16,7 +16,7 @@ const ROUNDS: usize = 3;
 
 impl Forms {
     /// Returns whether nothing but the inertia resists a torsion of the whole body: it is held by bearings alone.
-    pub fn turns_freely(&self) -> bool {
+    pub(crate) fn turns_freely(&self) -> bool {
         let clamped = (0..self.section.nodes.len()).any(|k| self.amplitude(k).is_none());
         self.path == Path::Axle
             && self.bearings().next().is_some()
@@ -25,12 +25,12 @@ impl Forms {
     }
 
     /// The factor of K_0 + sM for [`Forms::solve_free`], in the `memory` of another one.
-    pub fn factor_free(&self, memory: Vec<f64>) -> Result<SkylineFactor> {
+    pub(crate) fn factor_free(&self, memory: Vec<f64>) -> Result<SkylineFactor> {
         self.factor_in(memory, 0, ALMOST_FREE * self.shift())?.positive("the statics of order 0 of a body on bearings")
     }
 
     /// K_0⁺ f of columns, `[order, k]`, without the rigid torsion, with the `factor` of [`Forms::factor_free`].
-    pub fn solve_free(&self, factor: &SkylineFactor, loads: MatRef<'_, f64>) -> Mat<f64> {
+    pub(crate) fn solve_free(&self, factor: &SkylineFactor, loads: MatRef<'_, f64>) -> Mat<f64> {
         let mut torsion = Mat::<f64>::zeros(self.order(), 1);
         for (node, [r, _]) in self.section.nodes.iter().enumerate() {
             if let Some(first) = self.amplitude(node) {

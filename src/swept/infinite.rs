@@ -10,7 +10,7 @@ mod supports;
 pub use supports::TrackSlope;
 
 use super::modes::of_order;
-use super::{turned, CrossSection, Forms, LineLoad, LoadCircle, Outline, Path, RailTrack, LOADS};
+use super::{rotate_loads, CrossSection, Forms, LineLoad, LoadCircle, Outline, Path, RailTrack, LOADS};
 use crate::dense::symmetric_eigen;
 use crate::fem::ElasticMaterial;
 use crate::{Error, Result};
@@ -109,7 +109,7 @@ impl Infinite {
             None => UnitLayers::default(),
         };
         let zero = &at[0] - &springs;
-        let means = |k: usize| -> [f64; LOADS] { turned(line.means(basis.col(k)), tilt) };
+        let means = |k: usize| -> [f64; LOADS] { rotate_loads(line.means(basis.col(k)), tilt) };
         let seen: Vec<[f64; LOADS]> = (0..q).map(means).collect();
         let motion = Mat::from_fn(2 * outline.nodes.len(), q, |i, j| {
             forms.amplitude(outline.nodes[i / 2]).map_or(0.0, |first| basis[(first + 2 * (i % 2), j)])

@@ -23,7 +23,7 @@ pub struct SectionLayer {
 impl Forms {
     /// Xᵀ K_l X with the stiffness K_l of one layer at the order n, of the columns X, `[k, k]`; `layer` is that of its
     /// elements.
-    pub fn strain_energy(&self, n: usize, layer: usize, x: MatRef<'_, f64>) -> Mat<f64> {
+    pub(crate) fn strain_energy(&self, n: usize, layer: usize, x: MatRef<'_, f64>) -> Mat<f64> {
         let (order, whole) = (self.path.wavenumber(n), self.path.length_integral(n));
         let mut energy = Mat::zeros(x.ncols(), x.ncols());
         for element in self.section.elements.iter().filter(|e| e.layer == layer) {

@@ -6,7 +6,7 @@
 //! the same means ⟨ω π_m, u_c⟩ are taken of displacements.
 
 use super::contact::{SectionContact, Spot};
-use super::turn::turned;
+use super::load_frame::rotate_loads;
 use super::{Forms, Path};
 use crate::quadrature::legendre;
 use faer::Mat;
@@ -145,14 +145,14 @@ impl LineLoad {
     }
 
     /// The loads of the order `n` on the spots of a contact, in its frame.
-    pub fn for_contact(forms: &Forms, patch: LoadCircle, n: usize, contact: &SectionContact) -> Self {
+    pub(crate) fn for_contact(forms: &Forms, patch: LoadCircle, n: usize, contact: &SectionContact) -> Self {
         let mut nodes = Vec::new();
         for spot in contact.spots() {
             let turn = contact.turn(spot);
             for (at, mut loads) in on_spot(forms, patch, n, spot) {
                 // The factors x and y of a load stay; its direction is turned.
                 for c in 0..3 {
-                    let column = turned(std::array::from_fn(|k| spot.share * loads[k][c]), turn);
+                    let column = rotate_loads(std::array::from_fn(|k| spot.share * loads[k][c]), turn);
                     loads.iter_mut().zip(column).for_each(|(load, value)| load[c] = value);
                 }
                 nodes.push((at, loads));
@@ -201,7 +201,7 @@ impl LineLoad {
 
 /// Part of each of the nine means at a contact in a motion of the family 0 or 1 of an order: the means are those of the
 /// families about the contact, which lies at the angle `phase` of the waves, rad.
-pub fn family_shares(order: usize, phase: f64, family: usize) -> [f64; LOADS] {
+pub(crate) fn family_shares(order: usize, phase: f64, family: usize) -> [f64; LOADS] {
     let (s, c) = phase.sin_cos();
     let of = if family == 0 { [c, -s] } else { [s, c] };
     FAMILY.map(|own| if order == 0 { 1.0 } else { of[own] })
@@ -248,7 +248,7 @@ fn on_spot(forms: &Forms, patch: LoadCircle, n: usize, spot: &Spot) -> Vec<(usiz
 
 /// Loads along (x, y, n) of a level surface as loads along (x, t, n) of one of the slope angle `angle`, rad.
 fn in_frame(loads: &[[f64; 3]; LOADS], angle: f64) -> [[f64; 3]; LOADS] {
-    let columns: [[f64; LOADS]; 3] = std::array::from_fn(|c| turned(std::array::from_fn(|k| loads[k][c]), angle));
+    let columns: [[f64; LOADS]; 3] = std::array::from_fn(|c| rotate_loads(std::array::from_fn(|k| loads[k][c]), angle));
     std::array::from_fn(|k| [0, 1, 2].map(|c| columns[c][k]))
 }
 

@@ -101,13 +101,13 @@ impl ContactModeData {
     }
 
     /// The same with the parity of each mode.
-    pub fn with_parity(mut self, parity: Vec<f64>) -> Self {
+    pub(crate) fn with_parity(mut self, parity: Vec<f64>) -> Self {
         self.parity = parity;
         self
     }
 
     /// The same with the modes' amplitudes, and with what the air sees of them, at these nodes of the section.
-    pub fn with_outline(mut self, forms: &Forms, modes: &FourierModes, nodes: &[usize]) -> Self {
+    pub(crate) fn with_outline(mut self, forms: &Forms, modes: &FourierModes, nodes: &[usize]) -> Self {
         self.outline = Mat::from_fn(2 * nodes.len(), modes.omega.len(), |i, j| {
             forms.amplitude(nodes[i / 2]).map_or(0.0, |first| modes.vectors[(first + 2 * (i % 2), j)])
         });
@@ -130,7 +130,7 @@ impl ContactModeData {
     }
 
     /// As one list of numbers.
-    pub fn to_numbers(&self) -> Vec<f64> {
+    pub(crate) fn to_numbers(&self) -> Vec<f64> {
         let m = self.omega.len();
         let tall = [&self.contact, &self.bearings, &self.outline, &self.vectors];
         let rows = tall.map(|matrix| matrix.nrows() as f64);
@@ -180,7 +180,7 @@ impl ContactModeData {
 }
 
 /// ψ̂ of modes with these amplitudes at the contacts that have the loads of their order, `[9T, m]`.
-pub fn contact_functions(vectors: MatRef<'_, f64>, loads: &[LineLoad]) -> Mat<f64> {
+pub(crate) fn contact_functions(vectors: MatRef<'_, f64>, loads: &[LineLoad]) -> Mat<f64> {
     let mut seen = Mat::zeros(LOADS * loads.len(), vectors.ncols());
     for (c, line) in loads.iter().enumerate() {
         let moments = line.moments();
@@ -254,7 +254,7 @@ pub(super) fn with_factor(
 
 /// Collects the results of `of` of each order, where `size` of it is not 0, until it finds nothing in some orders on
 /// end; it is given the orders to look at, as many as `together`.
-pub fn by_orders<T>(
+pub(crate) fn by_orders<T>(
     together: usize,
     size: impl Fn(&T) -> usize,
     mut of: impl FnMut(Vec<usize>) -> Result<Vec<T>>,
@@ -274,7 +274,7 @@ pub fn by_orders<T>(
 
 /// A limit, rad/s, below which there are `count` modes at least, both families counted; `below` counts those below a
 /// limit.
-pub fn limit_of(forms: &Forms, count: usize, mut below: impl FnMut(f64) -> Result<usize>) -> Result<f64> {
+pub(crate) fn limit_of(forms: &Forms, count: usize, mut below: impl FnMut(f64) -> Result<usize>) -> Result<f64> {
     let most = 2 * forms.order();
     if count > most {
         return Err(Error::Job(format!(

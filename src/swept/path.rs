@@ -23,7 +23,7 @@ impl Path {
 
     /// ∫cos² over the whole way, which is that of sin² too; of order 0, which has no wave, the way itself: radians,
     /// or m.
-    pub fn length_integral(self, n: usize) -> f64 {
+    pub(crate) fn length_integral(self, n: usize) -> f64 {
         let whole = match self {
             Path::Axle => 2.0 * PI,
             Path::Line(period) => period,

@@ -1,7 +1,7 @@
 //! Sections of rails, as a job gives them.
 
 use super::builtin::finer_at;
-use super::{Beam, BuiltRail, CrossSection, Drawn, Focus, HeadPoint, Measures, Path, SectionContact, Spot};
+use super::{Beam, BuiltRail, CrossSection, DrawnSection, Focus, HeadPoint, Measures, Path, SectionContact, Spot};
 use crate::fem::ElasticMaterial;
 use crate::{Error, Result};
 use std::rc::Rc;
@@ -27,7 +27,7 @@ pub enum PlacedRailSection {
     /// The built-in one.
     Built(BuiltRail),
     /// A drawn one.
-    Drawn(DrawnRail),
+    DrawnSection(DrawnRail),
 }
 
 impl PlacedRailSection {
@@ -43,7 +43,7 @@ impl PlacedRailSection {
                     Ok(Beam { area: published.area, inertia: published.inertia[usize::from(lateral)], ..own })
                 }
             },
-            PlacedRailSection::Drawn(rail) => rail.drawn.beam(material, lateral, loss),
+            PlacedRailSection::DrawnSection(rail) => rail.drawn.beam(material, lateral, loss),
         }
     }
 
@@ -51,7 +51,7 @@ impl PlacedRailSection {
     pub fn measures(&self) -> Result<Measures> {
         match self {
             PlacedRailSection::Built(rail) => Ok(BuiltRail::new(rail.rail(), 0.0)?.for_modes()?.measures()),
-            PlacedRailSection::Drawn(rail) => Ok(rail.drawn.measures()),
+            PlacedRailSection::DrawnSection(rail) => Ok(rail.drawn.measures()),
         }
     }
 
@@ -59,7 +59,7 @@ impl PlacedRailSection {
     pub fn contact(&self) -> HeadPoint {
         match self {
             PlacedRailSection::Built(rail) => rail.contact(),
-            PlacedRailSection::Drawn(rail) => rail.contact,
+            PlacedRailSection::DrawnSection(rail) => rail.contact,
         }
     }
 
@@ -68,7 +68,7 @@ impl PlacedRailSection {
     pub fn height(&self, y: f64) -> f64 {
         match self {
             PlacedRailSection::Built(rail) => rail.height(y),
-            PlacedRailSection::Drawn(rail) => rail.height(y),
+            PlacedRailSection::DrawnSection(rail) => rail.height(y),
         }
     }
 
@@ -76,7 +76,7 @@ impl PlacedRailSection {
     pub fn for_modes(&self) -> Result<CrossSection> {
         match self {
             PlacedRailSection::Built(rail) => rail.for_modes(),
-            PlacedRailSection::Drawn(rail) => rail.section(None),
+            PlacedRailSection::DrawnSection(rail) => rail.section(None),
         }
     }
 
@@ -85,7 +85,7 @@ impl PlacedRailSection {
         let any = f64::INFINITY;
         match self {
             PlacedRailSection::Built(rail) => rail.for_loads(radius),
-            PlacedRailSection::Drawn(rail) => {
+            PlacedRailSection::DrawnSection(rail) => {
                 rail.section(Some(Focus { size: radius / 3.0, reach: 1.5 * radius, corner: any, largest: any }))
             }
         }
@@ -95,7 +95,7 @@ impl PlacedRailSection {
 impl PlacedRailSection {
     /// Points at which the loads of a contact at another place of the running line act, in the frame of this rail: that
     /// of the surface at its own contact point. Order 1 has the wavenumber 1 over `radius`, m.
-    pub fn contact_at(&self, place: HeadPoint, radius: f64) -> SectionContact {
+    pub(crate) fn contact_at(&self, place: HeadPoint, radius: f64) -> SectionContact {
         let here = self.contact();
         let [z, y] = here.in_surface_frame([place.z, place.y]);
         SectionContact::on(Spot { radius, origin: [z, y], angle: place.angle - here.angle, share: 1.0 })
@@ -103,7 +103,7 @@ impl PlacedRailSection {
 
     /// The mesh for loads at the own contact and at other places of the running line, spread over circles of the radii
     /// `radii`, m, of which the first one is that of the own contact.
-    pub fn for_loads_at(&self, others: &[HeadPoint], radii: &[f64]) -> Result<CrossSection> {
+    pub(crate) fn for_loads_at(&self, others: &[HeadPoint], radii: &[f64]) -> Result<CrossSection> {
         let section = self.for_loads(radii.first().copied().unwrap_or(f64::INFINITY))?;
         let here = self.contact();
         let radii = &radii[radii.len().min(1)..];
@@ -115,14 +115,14 @@ impl PlacedRailSection {
 /// A drawn rail, upright, with the contact point on its running line.
 #[derive(Debug, Clone)]
 pub struct DrawnRail {
-    drawn: Rc<Drawn>,
+    drawn: Rc<DrawnSection>,
     foot: String,
     contact: HeadPoint,
 }
 
 impl DrawnRail {
     /// With the contact at y, m, of the drawing; its curve `foot` lies on the pads.
-    pub fn new(drawn: Rc<Drawn>, foot: &str, y: f64) -> Result<Self> {
+    pub fn new(drawn: Rc<DrawnSection>, foot: &str, y: f64) -> Result<Self> {
         check(&drawn, foot)?;
         let [first, last] = drawn.reach();
         let Some([z, slope]) = drawn.running(y) else {
@@ -136,7 +136,7 @@ impl DrawnRail {
 
     /// With the contact at the place of the running line that is nearest to y of the drawing and z over the running
     /// line at y = 0, m.
-    pub fn near(drawn: Rc<Drawn>, foot: &str, [y, z]: [f64; 2]) -> Result<Self> {
+    pub fn near(drawn: Rc<DrawnSection>, foot: &str, [y, z]: [f64; 2]) -> Result<Self> {
         check(&drawn, foot)?;
         let [first, last] = drawn.reach();
         let Some([crown, _]) = drawn.running(0.0) else {
@@ -161,7 +161,7 @@ impl DrawnRail {
         Self::touched(drawn, foot, contact, STEEPEST)
     }
 
-    fn touched(drawn: Rc<Drawn>, foot: &str, contact: HeadPoint, steepest: f64) -> Result<Self> {
+    fn touched(drawn: Rc<DrawnSection>, foot: &str, contact: HeadPoint, steepest: f64) -> Result<Self> {
         if contact.angle.abs() > steepest {
             return Err(Error::Job(format!(
                 "the contact point on the rail: found y = {:.4} m, where the running line of its section is \
@@ -214,7 +214,7 @@ impl DrawnRail {
 }
 
 /// An error where a drawing is no section of a rail with the curve `foot`.
-fn check(drawn: &Drawn, foot: &str) -> Result<()> {
+fn check(drawn: &DrawnSection, foot: &str) -> Result<()> {
     if !drawn.groups().any(|name| name == foot) {
         let there: Vec<&str> = drawn.groups().collect();
         return Err(Error::Input(format!(

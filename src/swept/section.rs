@@ -50,7 +50,7 @@ const ON_AXLE: f64 = 1e-12;
 
 impl CrossSection {
     /// Nodes on the axle of a solid body of revolution, ascending.
-    pub fn on_axle(&self) -> impl Iterator<Item = usize> + '_ {
+    pub(crate) fn on_axle(&self) -> impl Iterator<Item = usize> + '_ {
         let largest = self.nodes.iter().map(|x| x[0]).fold(0.0, f64::max);
         (0..self.nodes.len()).filter(move |&k| self.nodes[k][0] <= ON_AXLE * largest)
     }

@@ -114,7 +114,7 @@ impl SkylineFactor {
     }
 
     /// Its memory, for another one.
-    pub fn into_memory(self) -> Vec<f64> {
+    pub(crate) fn into_memory(self) -> Vec<f64> {
         self.values
     }
 
@@ -140,7 +140,7 @@ impl SkylineFactor {
 
     /// The rows from `row` on of A⁻¹ b of columns that are 0 before it, `[n, k]`; the rows before are not made, and 0
     /// or what there is of the block of `row`.
-    pub fn solve_from(&self, row: usize, b: MatRef<'_, f64>) -> Mat<f64> {
+    pub(crate) fn solve_from(&self, row: usize, b: MatRef<'_, f64>) -> Mat<f64> {
         let (e, values) = (&*self.envelope, &self.values);
         let begin = row / BLOCK;
         let mut x = Mat::zeros(e.rows() * BLOCK, b.ncols());

@@ -62,7 +62,7 @@ pub(super) fn block(layer: &TrackLayer, tilt: f64) -> Springs {
 }
 
 /// Matrices that a track adds to the matrices of a section: blocks at pairs of nodes, and the sleeper's mass.
-pub(super) struct Added {
+pub(super) struct TrackMatrices {
     /// Node, node, springs and dashpots of each metre between what the first and the second of them move.
     pub blocks: Vec<(usize, usize, Springs)>,
     /// Node of the sleeper and its mass, kg/m.
@@ -77,7 +77,7 @@ impl RailTrack {
 
     /// Terms that the track adds to `section`, which is turned by `tilt`, rad, from the upright one, under all of its
     /// group `foot`. A sleeper becomes another node.
-    pub(super) fn added(&self, section: &mut CrossSection, tilt: f64) -> Result<Added> {
+    pub(super) fn added(&self, section: &mut CrossSection, tilt: f64) -> Result<TrackMatrices> {
         let edges = section.edges("foot");
         let length: f64 = edges.iter().flat_map(|e| section.along(e)).map(|(_, step)| step).sum();
         if !(length > 0.0) {
@@ -107,6 +107,6 @@ impl RailTrack {
             blocks.push((s, s, pad));
             blocks.push((s, s, block(&ballast, tilt)));
         }
-        Ok(Added { blocks, mass: sleeper.map(|(s, sleeper)| (s, sleeper.mass)) })
+        Ok(TrackMatrices { blocks, mass: sleeper.map(|(s, sleeper)| (s, sleeper.mass)) })
     }
 }

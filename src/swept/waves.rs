@@ -54,7 +54,7 @@ impl RailMode {
     }
 
     /// The same in a frame turned by `angle`, rad, from y to z against that of the amplitudes, without contacts.
-    pub fn turned(&self, angle: f64) -> Self {
+    pub fn rotated(&self, angle: f64) -> Self {
         let (s, c) = angle.sin_cos();
         let v = &self.vectors;
         let vectors = Mat::from_fn(v.nrows(), v.ncols(), |i, k| match i % 3 {
@@ -68,7 +68,7 @@ impl RailMode {
     }
 
     /// As one list of numbers.
-    pub fn to_numbers(&self) -> Vec<f64> {
+    pub(crate) fn to_numbers(&self) -> Vec<f64> {
         let sizes = [self.order, self.omega.len(), self.contact.nrows(), self.vectors.nrows()];
         let mut list = sizes.map(|n| n as f64).to_vec();
         list.extend(self.omega.iter().chain(&self.residual).chain(&self.springs));

@@ -37,7 +37,7 @@ pub struct WheelShape {
 
 impl WheelShape {
     /// The benchmark wheel.
-    pub fn w920s() -> Self {
+    pub(crate) fn w920s() -> Self {
         Self {
             name: "W920S",
             bore_group: "inner",
@@ -63,13 +63,13 @@ impl WheelShape {
     }
 
     /// Place (r, y) on the inner side of the rim, halfway between the web and the field side, m.
-    pub fn inside_of_rim(&self) -> [f64; 2] {
+    pub(crate) fn inside_of_rim(&self) -> [f64; 2] {
         let [thickness, at_rim, _] = self.web;
         [self.radii[2], 0.5 * (self.rim[0] + at_rim - 0.5 * thickness)]
     }
 
     /// Place (r, y) in the middle of the web, halfway between hub and rim, m.
-    pub fn middle_of_web(&self) -> [f64; 2] {
+    pub(crate) fn middle_of_web(&self) -> [f64; 2] {
         self.place([0.5 * (self.radii[1] + self.radii[2]), self.web[1]])
     }
 
@@ -121,7 +121,7 @@ pub struct Wheel {
 
 impl Wheel {
     /// W920S with the contact on its own tread.
-    pub fn w920s(offset: f64) -> Self {
+    pub(crate) fn w920s(offset: f64) -> Self {
         Self { shape: WheelShape::w920s(), offset, height: None, mirrored: false }
     }
 
@@ -146,7 +146,7 @@ impl Wheel {
     }
 
     /// Part of the loads that the face of the flange carries.
-    pub fn face_share(&self) -> f64 {
+    pub(crate) fn face_share(&self) -> f64 {
         match self.height {
             Some(h) if self.offset > 0.0 => ((h - ROOT[0]) / (ROOT[1] - ROOT[0])).clamp(0.0, 1.0),
             _ => 0.0,
@@ -224,7 +224,8 @@ impl Wheel {
 /// The benchmark wheel W920S: a bore of radius 95 mm, a hub, a straight web, a rim whose tread has the radius 460 mm, a
 /// flange. Its group `inner` is the bore. The contact point lies `contact_offset`, m, from the middle of the web
 /// towards the flange.
-pub fn w920s(contact_offset: f64, focus: Focus) -> Result<CrossSection> {
+#[cfg(test)]
+pub(crate) fn w920s(contact_offset: f64, focus: Focus) -> Result<CrossSection> {
     Wheel::w920s(contact_offset).section(focus)
 }
 

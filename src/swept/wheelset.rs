@@ -125,7 +125,7 @@ fn joined(mut near: CrossSection, far: CrossSection, middle: f64) -> CrossSectio
 
 impl CrossSection {
     /// Edges of the running line that hang together with the one nearest to `y`, m: those of one wheel.
-    pub fn running_at(&self, y: f64) -> Vec<[usize; 3]> {
+    pub(crate) fn running_at(&self, y: f64) -> Vec<[usize; 3]> {
         let apart = |edge: &[usize; 3]| {
             let away = |&k: &usize| (self.nodes[k][1] - y).abs();
             edge.iter().map(away).fold(f64::INFINITY, f64::min)

@@ -18,18 +18,18 @@ pub struct Border {
 
 impl Border {
     /// The total of component `c` of the reactions (t_x, t_y, p) of one patch.
-    pub fn of_component(c: usize, total: f64) -> Self {
+    pub(crate) fn of_component(c: usize, total: f64) -> Self {
         let unit = [0, 1, 2].map(|k| if k == c { 1.0 } else { 0.0 });
         Self { column: vec![unit], row: vec![unit], total }
     }
 
     /// Returns whether the shift moves along the normals alone.
-    pub fn is_normal(&self) -> bool {
+    pub(crate) fn is_normal(&self) -> bool {
         self.column.iter().all(|c| c[..2] == [0.0; 2])
     }
 
     /// Returns whether tractions have a part in the resultant.
-    pub fn has_traction(&self) -> bool {
+    pub(crate) fn has_traction(&self) -> bool {
         self.row.iter().any(|r| r[..2] != [0.0; 2])
     }
 
@@ -45,7 +45,7 @@ impl Border {
 
     /// Part of the reaction `r` of a node of patch `c` in the resultant, N.
     #[inline(always)]
-    pub fn contribution(&self, c: usize, r: &[f64]) -> f64 {
+    pub(crate) fn contribution(&self, c: usize, r: &[f64]) -> f64 {
         let row = &self.row[c];
         row[0] * r[0] + row[1] * r[1] + row[2] * r[2]
     }

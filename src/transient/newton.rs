@@ -322,7 +322,7 @@ impl System<'_, '_> {
         limit: usize,
         memory: &NewtonMemory,
         effort: &mut Effort,
-    ) -> crate::contact::krylov::Solved {
+    ) -> crate::contact::krylov::GmresResult {
         let mut solutions = 0;
         let solved = gmres(
             rhs,

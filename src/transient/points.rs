@@ -29,7 +29,7 @@ pub struct PointModel {
 impl PointModel {
     /// Points that bear a load with the reactions, N, `[3n]`, and coefficients of friction, `[n]`, `rest`, at the
     /// approach `approach`, m. `span` is the time, s, over which a step takes the motion of its end.
-    pub fn under_load(
+    pub(crate) fn under_load(
         pair: &CoupledModel,
         points: &Interface,
         rest: (Vec<f64>, Vec<f64>),
@@ -49,7 +49,12 @@ impl PointModel {
 
     /// Points with given reactions, N, `[3n]`, and coefficients of friction, `[n]`: loads from outside balance them
     /// on the modes, and the gaps are those that the forces close.
-    pub fn with_reactions(pair: &CoupledModel, points: &Interface, rest: (Vec<f64>, Vec<f64>), span: f64) -> Self {
+    pub(crate) fn with_reactions(
+        pair: &CoupledModel,
+        points: &Interface,
+        rest: (Vec<f64>, Vec<f64>),
+        span: f64,
+    ) -> Self {
         let (reaction, friction) = rest;
         let residual = residual(pair, span);
         let force = Mat::from_fn(reaction.len(), 1, |i, _| reaction[i]);

@@ -49,7 +49,7 @@ impl Scheme {
 
     /// Damping that the scheme adds to a motion of angular frequency `omega` (rad/s), 1/s: (θ − ½) ω² h. Half of it
     /// comes from the force, half from the velocity, both of which are weighed with θ.
-    pub fn own_damping(&self, omega: f64) -> f64 {
+    pub(crate) fn own_damping(&self, omega: f64) -> f64 {
         (self.theta - 0.5) * omega * omega * self.step
     }
 }

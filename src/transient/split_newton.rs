@@ -18,13 +18,13 @@ use super::aligned::AlignedVec;
 use super::problem::{Effort, StepProblem, StepSolution};
 use super::structure_of_arrays::{lane, lanes, lanes_mut, SoaVec3};
 use crate::dense::dot;
+use natural_map::NaturalMap;
 use normal::{NormalProblem, WantedGaps};
-use seen::NaturalMap;
 use tangential::TangentialProblem;
 
 mod krylov;
+mod natural_map;
 mod normal;
-mod seen;
 mod start;
 mod tangential;
 

@@ -210,7 +210,7 @@ impl<'a> Stepper<'a> {
     }
 
     /// Ψᵀ R of the last step, `[m]`; none before it.
-    pub fn modal_force(&self) -> Option<&[f64]> {
+    pub(crate) fn modal_force(&self) -> Option<&[f64]> {
         self.modal_now.as_deref()
     }
 

@@ -15,7 +15,7 @@ use railsqueal::petsc::pep::{self, QuadraticOptions};
 use railsqueal::petsc::shell::ShellOperator;
 use railsqueal::petsc::two_sided::{two_sided, StartVectors, TwoSidedOptions};
 use railsqueal::petsc::{Petsc, Span};
-use railsqueal::stability::confirmation::{self, Asked, Problem};
+use railsqueal::stability::confirmation::{self, ConfirmationRequest, Problem};
 use railsqueal::stability::dense::DensePencil;
 use railsqueal::{Error, Result};
 use std::f64::consts::PI;
@@ -420,7 +420,7 @@ fn other_vectors(world: &World) {
     let vector: Vec<Complex<f64>> = operator.rows.clone().map(first_chain).collect();
     let (span, effort) = (Span::World, (1e-8, 4));
     let problem = Problem { petsc: &petsc, span, norms: [4.5, 0.02, 1.0], rate: 1.0, system: "two chains" };
-    let asked = |value| Asked { value, shift, right: &vector, left: &vector, effort };
+    let asked = |value| ConfirmationRequest { value, shift, right: &vector, left: &vector, effort };
     let found = problem.confirm(&mut operator, &asked(sought)).unwrap().expect("the second attempt converges");
     assert!(found.difference < 1e-9, "{found:?}");
     assert_eq!(problem.confirm(&mut operator, &asked(sought * 1.001)).unwrap_err().exit_code(), 4);

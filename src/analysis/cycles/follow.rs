@@ -1,9 +1,9 @@
 //! The walk along the branches, spread over the ranks.
 
-use super::kept::KeptBranches;
 use super::search::{Clock, Search};
 use super::spread::spread;
 use super::starts::{BranchOrigin, BranchStart, Candidate, FailedStart};
+use super::stored_branches::StoredBranches;
 use crate::cycles::branch::follow;
 use crate::cycles::corrector::Equations;
 use crate::cycles::{BranchEnd, BranchPoint, BranchState, ContactMemory, Structure};
@@ -20,10 +20,10 @@ const ALIKE: f64 = 2e-4;
 const AT_REST: f64 = 0.05;
 
 /// Everything that the branches are followed with.
-pub(super) struct Walker<'w, 'a> {
+pub(super) struct BranchFollower<'w, 'a> {
     pub(super) search: &'w Search<'a>,
     pub(super) structure: &'w Structure<'a>,
-    pub(super) kept: &'w KeptBranches,
+    pub(super) kept: &'w StoredBranches,
     pub(super) clock: &'w Clock<'w>,
 }
 
@@ -39,7 +39,7 @@ pub(super) struct FollowedBranches {
 /// A branch in one direction: its start, and whether the direction is turned.
 type Task = (usize, bool);
 
-impl<'w, 'a> Walker<'w, 'a> {
+impl<'w, 'a> BranchFollower<'w, 'a> {
     /// The equations of a branch.
     pub(super) fn equations(&self, [unit, omega, key]: [f64; 3], memory: ContactMemory) -> Equations<'w, 'a> {
         let wanted = self.search.wanted;

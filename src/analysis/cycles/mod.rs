@@ -5,16 +5,16 @@
 pub mod animation;
 mod curve;
 mod follow;
-mod kept;
 mod onsets;
 mod search;
 mod sound;
 mod spread;
 mod starts;
+mod stored_branches;
 mod summary;
 mod thresholds;
 
-use super::radiation::Sounding;
+use super::radiation::ModalSound;
 use super::reduction::Reduction;
 use super::run::Run;
 use crate::body::TraceModes;
@@ -26,12 +26,12 @@ use crate::model::{shared, CoupledModel, SharedModel};
 use crate::output::datasets::branches::{BranchTables, Onset};
 use crate::{Error, Result};
 use curve::CurveTable;
-use follow::Walker;
-use kept::KeptBranches;
+use follow::BranchFollower;
 use search::{Clock, Search};
 use std::cell::RefCell;
+use stored_branches::StoredBranches;
 
-pub use kept::job_of;
+pub use stored_branches::job_of;
 
 /// Part of the range of the key to which thresholds and special points are located.
 const LOCATED: f64 = 1e-6;
@@ -73,7 +73,7 @@ pub fn run(
     };
     let search = Search { job, wanted, model: pair, bodies: adapted.as_ref(), curve: curve.as_ref() };
     let clock = Clock::new(run.stop);
-    let kept = KeptBranches::open(world, &run.options.output, run.given, &search)?;
+    let kept = StoredBranches::open(world, &run.options.output, run.given, &search)?;
     run.file.discard(kept.folder());
     let halt = |clock: &Clock<'_>| match world.max(f64::from(u8::from(clock.is_over()))) > 0.0 {
         true => Err(clock.error(kept.folder(), &run.options.output)),
@@ -90,7 +90,7 @@ pub fn run(
     let ready = rolling.ready()?;
     let (rest, _) = ready.initial_state(&ready.model(pair.1), &rolling)?;
     let structure = Structure::new(ready.model(pair.1))?;
-    let walker = Walker { search: &search, structure: &structure, kept: &kept, clock: &clock };
+    let walker = BranchFollower { search: &search, structure: &structure, kept: &kept, clock: &clock };
     let (starts, failed) = walker.starts(world, &candidates, run.progress)?;
     halt(&clock)?;
     if starts.is_empty() {
@@ -103,7 +103,7 @@ pub fn run(
     let sounding = match &wanted.sound_power {
         Some(sound) => {
             run.progress.stage("radiation of sound");
-            Some(Sounding::new(world, (SOUND, sound), wanted.march.step, bodies, modes)?)
+            Some(ModalSound::new(world, (SOUND, sound), wanted.march.step, bodies, modes)?)
         }
         None => None,
     };

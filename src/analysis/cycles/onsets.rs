@@ -1,8 +1,8 @@
 //! Thresholds of rest: values of the key at which the growth rate of a mode is zero.
 
-use super::kept::KeptBranches;
 use super::search::{is_local, Clock, Search};
 use super::spread::spread;
+use super::stored_branches::StoredBranches;
 use super::LOCATED;
 use crate::output::datasets::branches::Onset;
 use crate::parallel::World;
@@ -21,7 +21,7 @@ type Growth = [f64; 2];
 pub(super) fn all(
     search: &Search<'_>,
     world: &World,
-    (kept, clock): (&KeptBranches, &Clock<'_>),
+    (kept, clock): (&StoredBranches, &Clock<'_>),
     progress: &mut Progress,
 ) -> Result<Vec<Onset>> {
     if let Some(found) = kept.onsets(world)? {

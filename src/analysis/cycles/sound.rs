@@ -1,6 +1,6 @@
 //! Sound of the cycles of branches: third octaves and levels.
 
-use crate::analysis::radiation::Sounding;
+use crate::analysis::radiation::ModalSound;
 use crate::output::datasets::branches::OneBranch;
 use crate::output::Table;
 use crate::sound::power::ThirdOctaves;
@@ -18,7 +18,7 @@ pub(super) struct Sounds {
 
 impl Sounds {
     /// The sound of all cycles of `branches`.
-    pub(super) fn new(sounding: &Sounding, branches: &[OneBranch]) -> Result<Self> {
+    pub(super) fn new(sounding: &ModalSound, branches: &[OneBranch]) -> Result<Self> {
         let points = branches.iter().flat_map(|b| &b.points);
         let powers = points.map(|p| sounding.powers_of_lines(p.cycle.frequency, &p.cycle.lines())).collect();
         Ok(Self { bodies: sounding.names(), bands: sounding.bands(), air: sounding.air(), powers })

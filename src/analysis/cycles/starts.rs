@@ -1,7 +1,7 @@
 //! Cycles that branches begin with: that of an unstable mode, by its amplitude or marched, small ones at a threshold of
 //! rest, or a cycle of an earlier result.
 
-use super::follow::Walker;
+use super::follow::BranchFollower;
 use super::search::{is_local, Search};
 use crate::case::limit_cycle_point::LimitCyclePoint;
 use crate::case::transient_problem::scale;
@@ -171,7 +171,7 @@ struct Guess {
     contact: Option<ContactJacobian>,
 }
 
-impl Walker<'_, '_> {
+impl BranchFollower<'_, '_> {
     /// Solves for the cycle of a candidate; that of a mode is marched where the amplitude leads to none.
     pub(super) fn solve(&self, number: usize, candidate: &Candidate) -> Result<BranchStart> {
         let (key, mode) = match &candidate.origin {

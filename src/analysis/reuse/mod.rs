@@ -5,7 +5,7 @@ pub(crate) mod shapes;
 use crate::body::{Side, TraceModes};
 use crate::case::bodies::BuiltBodies;
 use crate::job::Job;
-use crate::output::datasets::reduced::{load, of_modes_alone, Origin, Reused};
+use crate::output::datasets::reduced::{load, of_modes_alone, Origin, ReusedModel};
 use crate::output::Reader;
 use crate::{Error, Result};
 use std::path::Path;
@@ -65,7 +65,7 @@ pub fn same(found: &[TraceModes], kept: &[TraceModes]) -> Result<()> {
 
 /// On rank 0: the reduced model that `file` holds, if it is that of `job`. `Error::Job` names the keys that differ if
 /// it is not.
-pub fn read(file: &Path, job: &Job) -> Result<Reused> {
+pub fn read(file: &Path, job: &Job) -> Result<ReusedModel> {
     let name = file.display();
     let refuse = |text: &str| Err(Error::Job(format!("--reuse {name}: {text}")));
     if !file.exists() {

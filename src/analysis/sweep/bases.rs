@@ -8,7 +8,7 @@ use super::near_axis::{BaseEigenvalue, FitInputs, NearAxis};
 use crate::contact::SteadySolution;
 use crate::job::SweepPlan;
 use crate::output::datasets::sweep::{Followed, Outcome};
-use crate::stability::secular::{KnownSpectrum, LastSpectrum};
+use crate::stability::nonlinear_eigen::{KnownSpectrum, LastSpectrum};
 use crate::{Error, Result};
 use std::cell::RefCell;
 use std::collections::HashMap;

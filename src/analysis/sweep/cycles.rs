@@ -5,7 +5,7 @@
 use super::outcome::LISTED;
 use super::sound::SoundSetup;
 use super::{goes_on, point_of};
-use crate::analysis::radiation::Sounding;
+use crate::analysis::radiation::ModalSound;
 use crate::case::interface::points as points_of;
 use crate::case::limit_cycle_point::{CycleMotion, LimitCyclePoint, PointCache};
 use crate::contact::points::interface as interface_of;
@@ -65,7 +65,7 @@ pub(super) struct CycleChains<'a> {
     /// Folder of finished points.
     pub(super) folder: &'a Path,
     /// How their modes radiate, where that is asked for.
-    pub(super) sounding: Option<&'a Sounding>,
+    pub(super) sounding: Option<&'a ModalSound>,
     pub(super) stop: &'a Stop,
 }
 
@@ -79,7 +79,7 @@ pub(super) struct RankResults {
 }
 
 /// All points of all branches, `[branches][points]`.
-pub(super) struct All {
+pub(super) struct BranchOutcomes {
     pub(super) cycles: Vec<Option<Cycle>>,
     /// Why some were not computed.
     pub(super) failed: Vec<(usize, usize, String)>,
@@ -87,14 +87,14 @@ pub(super) struct All {
     heard: Option<SoundSetup>,
 }
 
-impl All {
+impl BranchOutcomes {
     /// None of them yet.
     pub(super) fn new(plan: &SweepPlan, cycles: &Cycles) -> Self {
         Self { cycles: vec![None; cycles.branches.len() * plan.points.len()], failed: Vec::new(), heard: None }
     }
 
     /// The cycles of a model are heard.
-    pub(super) fn hears(&mut self, sounding: &Sounding) {
+    pub(super) fn hears(&mut self, sounding: &ModalSound) {
         self.heard = Some(SoundSetup::with(self.heard.take(), sounding));
     }
 
@@ -178,7 +178,7 @@ impl CycleChains<'_> {
             None => model.interface.clone(),
         };
         let pair = model.pair(job)?;
-        let heard = self.sounding.map(Sounding::quantities);
+        let heard = self.sounding.map(ModalSound::quantities);
         let attempt = LimitCyclePoint { job, cycles: self.cycles, model: (&interface, pair), heard, mode: 0 };
         history.update(attempt.identity(branch)?);
         let kept = PointCache {
@@ -210,11 +210,11 @@ pub(super) fn report(
     plan: &SweepPlan,
     cycles: &Cycles,
     outcomes: &[Outcome],
-    found: All,
+    found: BranchOutcomes,
     summary: &mut Summary,
 ) -> Vec<Table> {
     let none = Cycle::none(cycles.harmonics as usize);
-    let All { cycles: all, mut failed, heard } = found;
+    let BranchOutcomes { cycles: all, mut failed, heard } = found;
     failed.sort();
     let all: Vec<Cycle> = all.into_iter().map(|c| c.unwrap_or_else(|| none.clone())).collect();
     let points = outcomes.len();

@@ -5,17 +5,17 @@
 mod bases;
 mod counts;
 mod cycles;
-mod kept;
 mod near_axis;
 mod outcome;
 mod passes;
 mod places;
 mod point_model;
 mod sound;
+mod stored_points;
 mod uncertain;
 
 use super::modes;
-use super::radiation::{bands_of, Sounding};
+use super::radiation::{bands_of, ModalSound};
 use super::reduction::Reduction;
 use super::run::Run;
 use crate::body::mode_cache::CachedModes;
@@ -37,12 +37,12 @@ use crate::petsc::session::Petsc;
 use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::{Error, Result};
-use cycles::{All, CycleChains};
-use kept::KeptPoints;
+use cycles::{BranchOutcomes, CycleChains};
 use outcome::summarise;
-use passes::{Into, Passes};
+use passes::{Passes, PointSinks};
 use point_model::StudyModel;
 use std::collections::HashMap;
+use stored_points::StoredPoints;
 use uncertain::Study;
 
 /// The key of the sound of limit cycles.
@@ -73,7 +73,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     let (world, job) = (run.world(), run.job);
     let study = Study::new(world, (job, plan), (base.as_ref(), own))?;
     let mut kept = match &study {
-        Some(study) => Some(world.on_root(|| KeptPoints::open(&run.options.output, study.identity()))?),
+        Some(study) => Some(world.on_root(|| StoredPoints::open(&run.options.output, study.identity()))?),
         None => None,
     };
     let mut results: Vec<Option<Outcome>> = vec![None; plan.points.len()];
@@ -93,7 +93,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     let mut errors = Vec::new();
     let mut models = 0;
     for (family, study) in families.into_iter().zip(study.iter().cycle()) {
-        let computing = places::Computing { petsc: run.petsc, meshes: run.meshes, points: &points };
+        let computing = places::PlaceInputs { petsc: run.petsc, meshes: run.meshes, points: &points };
         let (mut bodies, text) = match places::bodies(&computing, &family, study, run.progress)? {
             Ok(bodies) => {
                 let text = bodies.in_words();
@@ -112,7 +112,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
         let planned: Vec<(usize, usize)> = family.members.iter().filter(|&&i| done[i] == 0).map(|&i| (0, i)).collect();
         let passes = Passes { study: Some(study), models: vec![&family.members], placed: true, planned };
         run.progress.stage("points of the sweep");
-        let mut into = Into { points: &points, results: &mut results, kept: &mut kept };
+        let mut into = PointSinks { points: &points, results: &mut results, kept: &mut kept };
         passes.solve(run, &mut into, &mut |_, i| {
             Some(study.solve(StudyModel::Placed(&mut bodies), (&points, &family.members), i))
         })?;
@@ -121,7 +121,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     groups.retain(|(_, members)| members.iter().any(|&i| done[i] == 0));
     let folder = cycles::folder(&run.options.output);
     let wanted = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
-    let mut followed = wanted.map(|w| (w, All::new(plan, w)));
+    let mut followed = wanted.map(|w| (w, BranchOutcomes::new(plan, w)));
     let heard = wanted.and_then(|w| w.sound_power.as_ref().map(|s| (w, s)));
     if followed.is_some() {
         let fail = |e| Error::Io(format!("{}: cannot make the folder of the limit cycles: {e}", folder.display()));
@@ -171,7 +171,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             models.push(needed.then_some(made));
         }
         run.progress.stage("points of the sweep");
-        let mut into = Into { points: &points, results: &mut results, kept: &mut kept };
+        let mut into = PointSinks { points: &points, results: &mut results, kept: &mut kept };
         passes.solve(run, &mut into, &mut |m, i| {
             let (model, _) = models[m].as_mut()?;
             Some(point_of(&points, i).and_then(|point| match &study {
@@ -188,7 +188,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
                 (Some((cycles, sound)), Some(sources)) if unstable => {
                     run.progress.stage("radiation of sound");
                     let (bodies, modes) = sources.get();
-                    Some(Sounding::new(world, (SOUND, sound), cycles.step, bodies, modes)?)
+                    Some(ModalSound::new(world, (SOUND, sound), cycles.step, bodies, modes)?)
                 }
                 _ => None,
             };
@@ -335,7 +335,7 @@ fn stopped(is_kept: bool, output: &std::path::Path) -> String {
         false => "stopped on request among the points of the sweep, which are not kept".into(),
         true => format!(
             "stopped on request among the samples; those that are done are kept in {}, and the same run takes them up",
-            kept::folder(output).display()
+            stored_points::folder(output).display()
         ),
     }
 }

@@ -9,7 +9,7 @@ use num_complex::Complex;
 
 /// Outcomes as they travel to rank 0.
 #[derive(Default)]
-pub(super) struct Packed {
+pub(super) struct PackedOutcomes {
     pub numbers: Vec<f64>,
     pub text: Vec<u8>,
 }
@@ -27,7 +27,7 @@ const SEARCHES: [EigenvalueSearch; 5] = [
 /// Numbers of a mode that is followed.
 const FOLLOWED: usize = 4;
 
-impl Packed {
+impl PackedOutcomes {
     /// Adds the outcome of a point.
     pub fn push(&mut self, index: usize, o: &Outcome) {
         let counts = [index, o.status as usize, o.closed, o.reversed, o.message.len(), o.eigenvalues.len(), o.sticking];

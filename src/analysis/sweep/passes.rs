@@ -1,9 +1,9 @@
 //! The points of some models, spread over the ranks. Those of a study are solved in passes: first the points at which
 //! unstable eigenvalues are counted in any case, then the others; and where some were missing, all others once more.
 
-use super::kept::KeptPoints;
-use super::outcome::Packed;
+use super::outcome::PackedOutcomes;
 use super::stopped;
+use super::stored_points::StoredPoints;
 use super::uncertain::Study;
 use crate::analysis::run::Run;
 use crate::job::Job;
@@ -18,12 +18,12 @@ const BLOCK: usize = 16;
 type Solver<'s> = &'s mut dyn FnMut(usize, usize) -> Option<Result<Outcome>>;
 
 /// Destinations of the results of points.
-pub(super) struct Into<'a> {
+pub(super) struct PointSinks<'a> {
     pub points: &'a [Option<Job>],
     /// On rank 0 all of them.
     pub results: &'a mut [Option<Outcome>],
     /// Results of a study, kept on the disk by rank 0.
-    pub kept: &'a mut Option<Option<KeptPoints>>,
+    pub kept: &'a mut Option<Option<StoredPoints>>,
 }
 
 /// Points that are to be solved.
@@ -60,7 +60,7 @@ impl Passes<'_> {
     }
 
     /// Collective: solves the points.
-    pub fn solve(&self, run: &mut Run, into: &mut Into, solver: Solver) -> Result<()> {
+    pub fn solve(&self, run: &mut Run, into: &mut PointSinks, solver: Solver) -> Result<()> {
         let [first, second] = self.split();
         let total = self.planned.len();
         self.solve_some(run, (&first, 0, total), into, solver)?;
@@ -93,7 +93,7 @@ impl Passes<'_> {
     }
 
     /// On rank 0: the points that were not counted of models where unstable eigenvalues were missing at another one.
-    fn doubtful(&self, into: &Into) -> Vec<u64> {
+    fn doubtful(&self, into: &PointSinks) -> Vec<u64> {
         let mut all = Vec::new();
         for (m, members) in self.models.iter().enumerate() {
             let is = |i: usize, search| into.results[i].as_ref().is_some_and(|o| o.search == search);
@@ -110,7 +110,7 @@ impl Passes<'_> {
         &self,
         run: &mut Run,
         (points, before, total): (&[(usize, usize)], usize, usize),
-        into: &mut Into,
+        into: &mut PointSinks,
         solver: Solver,
     ) -> Result<()> {
         let world = run.world();
@@ -118,7 +118,7 @@ impl Passes<'_> {
         let all = blocks.iter().map(Vec::len).sum::<usize>();
         let mut begun = 0;
         for mine in &blocks {
-            let mut solved = Packed::default();
+            let mut solved = PackedOutcomes::default();
             for &(m, i) in mine.iter().take_while(|_| !run.stop.signalled()) {
                 begun += 1;
                 if let Some(found) = solver(m, i) {
@@ -128,7 +128,7 @@ impl Passes<'_> {
             }
             let (numbers, text) = (world.gather(&solved.numbers), world.gather(&solved.text));
             world.on_root(|| {
-                let packed = Packed { numbers, text };
+                let packed = PackedOutcomes { numbers, text };
                 packed.unpack(into.results)?;
                 into.kept.iter_mut().flatten().try_for_each(|kept| kept.add(&packed, into.points))
             })?;

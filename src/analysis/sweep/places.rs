@@ -152,7 +152,7 @@ impl PlacedBodies {
 }
 
 /// Data that places are computed from.
-pub(super) struct Computing<'a, 'p> {
+pub(super) struct PlaceInputs<'a, 'p> {
     pub petsc: &'p Petsc<'p>,
     pub meshes: &'a Meshes,
     pub points: &'a [Option<Job>],
@@ -160,7 +160,7 @@ pub(super) struct Computing<'a, 'p> {
 
 /// Collective: the bodies of a `family`; none where interpolation is not good enough, and why.
 pub(super) fn bodies(
-    of: &Computing,
+    of: &PlaceInputs,
     family: &PlaceFamily,
     study: &Study,
     progress: &mut Progress,
@@ -243,7 +243,7 @@ struct Check {
 
 /// Collective: the points to compare, one of each part of the profile of the rail.
 fn checks(
-    of: &Computing,
+    of: &PlaceInputs,
     (family, sites, study): (&PlaceFamily, &[ContactSeat], &Study),
     (made, profiles, cached): (&mut PlacedBodies, &[Profile; 2], &mut Vec<Option<CachedModes>>),
     progress: &mut Progress,

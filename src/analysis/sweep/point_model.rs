@@ -14,7 +14,7 @@ use crate::{Error, Result};
 pub(super) type Request<'r> = &'r mut dyn FnMut(&job::Stability, &CoupledModel, &LinearContact) -> Result<Spectrum>;
 
 /// A point that is solved: its outcome, its spectrum, and its steady rolling.
-pub(super) type Solved = (Outcome, StabilityResult, Option<SteadySolution>);
+pub(super) type SolvedPoint = (Outcome, StabilityResult, Option<SteadySolution>);
 
 /// Growth rate of a mode that is followed.
 #[derive(Debug, Clone, Copy)]
@@ -60,7 +60,7 @@ impl StudyModel<'_> {
     }
 
     /// A point, on this rank alone: rolling begins with `start`, and the eigenvalues are those that `request` finds.
-    pub fn solved(&mut self, point: &Job, start: Option<&SteadySolution>, request: Request) -> Result<Solved> {
+    pub fn solved(&mut self, point: &Job, start: Option<&SteadySolution>, request: Request) -> Result<SolvedPoint> {
         match self {
             Self::Shared(model) => with_problem(model, point, |problem| {
                 let (found, rolling) =
@@ -73,7 +73,12 @@ impl StudyModel<'_> {
 }
 
 /// A point on bodies that are interpolated.
-fn placed(bodies: &mut PlacedBodies, point: &Job, start: Option<&SteadySolution>, request: Request) -> Result<Solved> {
+fn placed(
+    bodies: &mut PlacedBodies,
+    point: &Job,
+    start: Option<&SteadySolution>,
+    request: Request,
+) -> Result<SolvedPoint> {
     let (Some(stability), Some(contact)) = (&point.analyses.stability, &point.contact) else {
         return Err(Error::Defect("a point of a study without contact or stability".into()));
     };

@@ -1,6 +1,6 @@
 //! The sound of the limit cycles of a sweep.
 
-use super::super::radiation::Sounding;
+use super::super::radiation::ModalSound;
 use crate::output::datasets::cycles::Cycle;
 use crate::output::Table;
 use crate::sound::power::ThirdOctaves;
@@ -15,7 +15,7 @@ pub(super) struct SoundSetup {
 
 impl SoundSetup {
     /// Takes another model.
-    pub(super) fn with(before: Option<Self>, sounding: &Sounding) -> Self {
+    pub(super) fn with(before: Option<Self>, sounding: &ModalSound) -> Self {
         match before {
             Some(before) if before.bands.highest() >= sounding.bands().highest() => before,
             _ => Self { bodies: sounding.names(), bands: sounding.bands(), air: sounding.air() },

@@ -16,9 +16,9 @@ use crate::output::Table;
 use crate::parallel::World;
 use crate::random::indices::indices;
 use crate::random::interval::{quantile, share};
+use crate::stability::nonlinear_eigen::{Count, KnownSpectrum, LastSpectrum};
 use crate::stability::reduced::{shares, Eigenpair};
-use crate::stability::secular::{Count, KnownSpectrum, LastSpectrum};
-use crate::stability::{continued, grows, is_rigid, spectrum, Spectrum};
+use crate::stability::{grows, is_rigid, spectrum, track, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
 use num_complex::Complex;
@@ -245,7 +245,7 @@ impl<'a> Study<'a> {
         let lower = model.lower_modes();
         let mut count = None;
         let (outcome, found, _) = model.solved(point, base.rolling.as_ref(), &mut |stability, pair, linear| {
-            let found = continued(stability, pair, linear, known, is_counted)?;
+            let found = track(stability, pair, linear, known, is_counted)?;
             count = found.as_ref().map(|f| f.1);
             Ok(found.map_or_else(Spectrum::default, |f| f.0))
         })?;

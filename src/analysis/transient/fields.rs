@@ -108,7 +108,7 @@ fn displacements(world: &World, inputs: &Inputs<'_>, rows: &[Row], count: usize)
     let mut first = 0;
     for (index, place) in inputs.bodies.places.iter().enumerate() {
         let (body, modes) = (inputs.bodies.fields(place.body)?, inputs.bodies.shapes_of(place.body)?);
-        let forces: Vec<Vec<f64>> = rows.iter().map(|(_, r)| place.side.turned(r)).collect();
+        let forces: Vec<Vec<f64>> = rows.iter().map(|(_, r)| place.side.orient(r)).collect();
         let mut u = body.statics(&forces.concat(), count)?;
         let factors = world.on_root(|| {
             let root = inputs.model.root()?;

@@ -2,15 +2,15 @@
 
 mod fields;
 mod full;
-pub(crate) mod kept;
 mod points;
 mod sound;
+pub(crate) mod stored_model;
 mod time_loop;
 mod transient_summary;
 
 pub use crate::output::datasets::checkpoint::refuse_other_job;
 
-use super::full_stability::Beside;
+use super::full_stability::FullComparison;
 use super::reduction::Reduction;
 use super::run::Run;
 use super::steps::Requirements;
@@ -36,10 +36,10 @@ use crate::stop::Stop;
 use crate::summary::Summary;
 use crate::transient::{Scheme, State, Stepper};
 use crate::{Error, Result};
-use points::Located;
+use points::LocatedPoints;
 use sound::Sound;
 use std::path::Path;
-use time_loop::{Done, TimeLoop};
+use time_loop::{LoopReport, TimeLoop};
 
 /// Results of other stages of a run that the transient uses.
 pub struct Inputs<'a> {
@@ -65,7 +65,7 @@ pub struct Inputs<'a> {
     pub found: Option<&'a StabilityResult>,
     /// Result that the full system found beside the mode that the bodies are moved along at the start, where it was
     /// asked.
-    pub beside: Option<&'a Beside>,
+    pub beside: Option<&'a FullComparison>,
     /// Options of the command line.
     pub options: &'a RunOptions,
     /// When to stop.
@@ -121,17 +121,17 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
         ));
     }
     let full = wanted.model == TransientModel::Full;
-    let mut located = Located::default();
+    let mut located = LocatedPoints::default();
     let points = if full {
         full::refuse_without_shapes(inputs)?;
-        located = Located::find(wanted, inputs.bodies, true)?;
+        located = LocatedPoints::find(wanted, inputs.bodies, true)?;
         full::points(&mut located, inputs.model.on_root().map_or(0, |root| 3 * root.interface.len()));
         std::mem::take(&mut located.points)
     } else if inputs.options.resume {
         let found = world.on_root(|| Points::restore(wanted, &inputs.segments()?.open_first()?))?;
         found.unwrap_or_default()
     } else {
-        located = Located::find(wanted, inputs.bodies, inputs.shapes)?;
+        located = LocatedPoints::find(wanted, inputs.bodies, inputs.shapes)?;
         located.solve(inputs.bodies, inputs.modes, inputs.model)?;
         std::mem::take(&mut located.points)
     };
@@ -151,7 +151,7 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
             |elsewhere: &dyn Fn() -> bool| advance(inputs, (&points, sound.as_ref()), keep, elsewhere, run.progress);
         world.on_root_heeding(wish, work)?
     };
-    if let Some(Done { effort, steps, seconds, account }) = &done {
+    if let Some(LoopReport { effort, steps, seconds, account }) = &done {
         let pair = &inputs.model.root()?.pair;
         let per = |n: usize| n as f64 / (*steps).max(1) as f64;
         run.summary.line(format!("transient: {} s in steps of {} s", wanted.duration, wanted.step));
@@ -186,7 +186,7 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
         run.progress.stage("sound power");
         sound.write(run, inputs)?;
     }
-    if let (Some(Done { account, .. }), None) = (&done, &run.job.analyses.stability) {
+    if let (Some(LoopReport { account, .. }), None) = (&done, &run.job.analyses.stability) {
         let (rate, frequency) = account.motion()?;
         let sentence = of_motion(&run.given.to_json(), run.file.tables_so_far(), rate, frequency);
         run.summary.verdict([sentence]);
@@ -226,7 +226,7 @@ fn advance(
     keep: Vec<Table>,
     elsewhere: &dyn Fn() -> bool,
     progress: &mut Progress,
-) -> Result<Done> {
+) -> Result<LoopReport> {
     let (root, segments) = (inputs.model.root()?, inputs.segments()?);
     let wanted = inputs.wanted;
     let rolling =

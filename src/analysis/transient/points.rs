@@ -10,7 +10,7 @@ use crate::{Error, Result};
 
 /// The nodes that stand for the points of a job.
 #[derive(Default)]
-pub struct Located {
+pub struct LocatedPoints {
     /// Names and positions, and what moves them once it is computed.
     pub points: Points,
     /// Index of their bodies in `BuiltBodies::places`.
@@ -19,7 +19,7 @@ pub struct Located {
     node: Vec<Option<usize>>,
 }
 
-impl Located {
+impl LocatedPoints {
     /// Collective: the nodes nearest to the points of the job; nothing moves them yet. `shapes` says whether there
     /// are mode shapes.
     pub fn find(wanted: &job::Transient, bodies: &BuiltBodies, shapes: bool) -> Result<Self> {
@@ -75,7 +75,7 @@ impl Located {
                 row[before..].iter_mut().zip(&motion.modes[c]).for_each(|(r, v)| *r = sign * v);
                 modal.push(row);
                 // The reactions as forces on this body.
-                residual.push(at.side.turned(&motion.residual[c]).iter().map(|v| sign * v).collect::<Vec<f64>>());
+                residual.push(at.side.orient(&motion.residual[c]).iter().map(|v| sign * v).collect::<Vec<f64>>());
             }
         }
         self.points.modes = columns(&modal);

@@ -1,7 +1,7 @@
 //! The steps of a run, whatever moves in them: what is recorded, written in segments, and when the run stops.
 
 use super::sound::Sound;
-use super::transient_summary::Account;
+use super::transient_summary::StepHistory;
 use super::Inputs;
 use crate::output::datasets::checkpoint;
 use crate::output::datasets::points::Points;
@@ -13,7 +13,7 @@ use crate::{Error, Result};
 use std::time::Instant;
 
 /// Report on the steps of a run.
-pub(super) struct Done {
+pub(super) struct LoopReport {
     /// Work of the contact solver.
     pub(super) effort: Effort,
     /// Number of steps.
@@ -21,7 +21,7 @@ pub(super) struct Done {
     /// Wall time of all of them, s.
     pub(super) seconds: f64,
     /// Recorded values.
-    pub(super) account: Account,
+    pub(super) account: StepHistory,
 }
 
 /// Services that accompany the steps.
@@ -46,7 +46,7 @@ impl TimeLoop<'_, '_> {
         begun: Option<&str>,
         keep: Vec<Table>,
         progress: &mut Progress,
-    ) -> Result<Done> {
+    ) -> Result<LoopReport> {
         let TimeLoop { inputs, points, sound, identity, more, elsewhere } = self;
         let (root, segments) = (inputs.model.root()?, inputs.segments()?);
         let wanted = inputs.wanted;
@@ -71,7 +71,7 @@ impl TimeLoop<'_, '_> {
             Recorder::new(points, wanted, root, sound.map_or(0, |s| s.stride()), &stepper.state().reaction);
         let mut effort = Effort::default();
         let first = stepper.state().step;
-        let mut account = Account::new(wanted.step, first, total);
+        let mut account = StepHistory::new(wanted.step, first, total);
         let clock = Instant::now();
         if begun.is_none() {
             let mut tables = kept(&stepper)?;
@@ -138,6 +138,6 @@ impl TimeLoop<'_, '_> {
             }
         }
         segments.complete(total)?;
-        Ok(Done { effort, steps: total - first, seconds: clock.elapsed().as_secs_f64(), account })
+        Ok(LoopReport { effort, steps: total - first, seconds: clock.elapsed().as_secs_f64(), account })
     }
 }

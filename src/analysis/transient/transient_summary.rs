@@ -26,7 +26,7 @@ struct Kept {
 }
 
 /// Values that are kept of the steps of a run.
-pub(super) struct Account {
+pub(super) struct StepHistory {
     /// s.
     step: f64,
     first: u64,
@@ -48,7 +48,7 @@ struct Growth {
     span: [f64; 2],
 }
 
-impl Account {
+impl StepHistory {
     /// Account of steps of length `step`, s, from `first` to `total`.
     pub(super) fn new(step: f64, first: u64, total: u64) -> Self {
         let part = (total - first).div_ceil(PARTS).max(1);
@@ -229,7 +229,7 @@ mod tests {
     #[test]
     fn a_motion_that_grows_is_told() {
         let (step, total, rate, frequency) = (1e-4, 20_000u64, 5.0, 400.0);
-        let mut account = Account::new(step, 0, total);
+        let mut account = StepHistory::new(step, 0, total);
         for n in 1..=total {
             let t = n as f64 * step;
             let amplitude = (1e-3 * (rate * t).exp()).min(1.0);
@@ -262,7 +262,7 @@ mod tests {
 
     #[test]
     fn what_decays_decays_and_what_rests_has_no_lines() {
-        let mut account = Account::new(1e-4, 100, 5100);
+        let mut account = StepHistory::new(1e-4, 100, 5100);
         for n in 101..=5100u64 {
             let t = n as f64 * 1e-4;
             account.record_step(n, &report([0.0, 7.0, -1.0], 10), (-2.0 * 3.0 * t).exp(), &[]);
@@ -271,16 +271,16 @@ mod tests {
         assert!((growth.rate + 3.0).abs() < 1e-9 && (growth.span[0] - 0.01).abs() < 1e-12, "{growth:?}");
         assert!(lines(&[7.0; 100], 1e-4).unwrap().is_empty());
         // A cycle that has been reached does not grow.
-        let mut cycle = Account::new(1e-4, 0, 5000);
+        let mut cycle = StepHistory::new(1e-4, 0, 5000);
         (1..=5000u64)
             .for_each(|n| cycle.record_step(n, &report([0.0; 3], 0), 1.0 + 0.5 * (-0.01 * n as f64).exp(), &[]));
         assert_eq!(cycle.growth(), None);
         // Too short to say anything of growth; and nothing at all.
-        let mut short = Account::new(1e-4, 0, 3);
+        let mut short = StepHistory::new(1e-4, 0, 3);
         short.record_step(1, &report([0.0; 3], 0), 1.0, &[]);
         assert_eq!(short.growth(), None);
         let mut summary = Summary::default();
-        Account::new(1e-4, 0, 0).report(&[], &mut summary).unwrap();
+        StepHistory::new(1e-4, 0, 0).report(&[], &mut summary).unwrap();
         assert_eq!(summary.to_string(), "");
     }
 }

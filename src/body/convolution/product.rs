@@ -35,7 +35,7 @@ impl ProductNumber for f32 {
 
 /// The kernel's spectrum, and the transforms of its grid: lines of `size[0]` real numbers, of which the spectrum has
 /// `half`, and columns of `size[1]` of these.
-pub(super) struct Transformed<T> {
+pub(super) struct KernelSpectrum<T> {
     size: [usize; 2],
     half: usize,
     forward: Arc<dyn RealToComplex<T>>,
@@ -60,7 +60,7 @@ pub(super) fn good_size(n: usize) -> usize {
     (n..).find(|&n| n.is_multiple_of(2) && smooth(n)).unwrap_or(n)
 }
 
-impl<T: ProductNumber> Transformed<T> {
+impl<T: ProductNumber> KernelSpectrum<T> {
     /// Spectra of the kernel k.
     pub(super) fn new(c: &Convolution) -> Self {
         let [nx, ny] = c.shape();
@@ -140,7 +140,7 @@ struct Buffers<T> {
 }
 
 impl<T: ProductNumber> Buffers<T> {
-    fn new(of: &Transformed<T>) -> Self {
+    fn new(of: &KernelSpectrum<T>) -> Self {
         let zero = Complex::new(T::zero(), T::zero());
         let scratch = [
             of.forward.get_scratch_len(),
@@ -160,7 +160,7 @@ impl<T: ProductNumber> Buffers<T> {
 /// Products with a convolution, and the memory that they take.
 pub struct Product<'a, T> {
     of: &'a Convolution,
-    transformed: &'a Transformed<T>,
+    transformed: &'a KernelSpectrum<T>,
     whole: Option<&'a [[f64; LOADS]; LOADS]>,
     buffers: Buffers<T>,
 }
@@ -169,7 +169,7 @@ impl<'a, T: ProductNumber> Product<'a, T> {
     /// Products with k, and with what there is beside it as a `whole`.
     pub(super) fn new(
         of: &'a Convolution,
-        transformed: &'a Transformed<T>,
+        transformed: &'a KernelSpectrum<T>,
         whole: Option<&'a [[f64; LOADS]; LOADS]>,
     ) -> Self {
         Self { of, transformed, whole, buffers: Buffers::new(transformed) }

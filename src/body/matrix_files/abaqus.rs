@@ -7,7 +7,7 @@
 use super::dofs::Dof;
 use super::entries::{assemble, Labels, Listing, MatrixEntry};
 use super::numbers::{index, real};
-use super::{select, Fault, Labelled, Parsed};
+use super::{select, Fault, LabelledMatrix, Parsed};
 use crate::input::text::{excerpt, lines};
 
 /// A matrix while its lines are read.
@@ -63,7 +63,7 @@ impl Block {
         self.numbered.is_empty() && self.labels.entries.is_empty()
     }
 
-    fn finish(self) -> Parsed<Labelled> {
+    fn finish(self) -> Parsed<LabelledMatrix> {
         if self.is_empty() {
             return Err(Fault::new(0, "found no entries of the matrix; the file is truncated"));
         }
@@ -71,11 +71,11 @@ impl Block {
             return self.labels.assemble(self.listing);
         }
         let matrix = assemble(self.order, self.numbered, self.listing, &|row| (row + 1).to_string())?;
-        Ok(Labelled { matrix, dofs: None })
+        Ok(LabelledMatrix { matrix, dofs: None })
     }
 }
 
-pub(super) fn parse(text: &str, name: Option<&str>) -> Parsed<Labelled> {
+pub(super) fn parse(text: &str, name: Option<&str>) -> Parsed<LabelledMatrix> {
     let mut blocks: Vec<Block> = Vec::new();
     for (number, line) in lines(text) {
         let trimmed = line.trim();

@@ -3,10 +3,10 @@
 
 use super::entries::{assemble, Listing, MatrixEntry};
 use super::numbers::{index, real};
-use super::{Fault, Labelled, Parsed};
+use super::{Fault, LabelledMatrix, Parsed};
 use crate::input::text::{excerpt, lines};
 
-pub(super) fn parse(text: &str) -> Parsed<Labelled> {
+pub(super) fn parse(text: &str) -> Parsed<LabelledMatrix> {
     let (mut entries, mut n) = (Vec::new(), 0);
     for (number, line) in lines(text).filter(|(_, l)| !l.trim().is_empty()) {
         let fault = |what: String| Fault::new(number, what);
@@ -37,5 +37,5 @@ pub(super) fn parse(text: &str) -> Parsed<Labelled> {
             format!("found no diagonal entry in row {}, expected one in each row; the file is incomplete", i + 1);
         return Err(Fault::new(0, what));
     }
-    Ok(Labelled { matrix, dofs: None })
+    Ok(LabelledMatrix { matrix, dofs: None })
 }

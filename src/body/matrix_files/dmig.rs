@@ -9,7 +9,7 @@
 use super::dofs::Dof;
 use super::entries::{Labels, Listing};
 use super::numbers::{integer, real};
-use super::{select, Fault, Labelled, Parsed};
+use super::{select, Fault, LabelledMatrix, Parsed};
 use crate::input::text::{excerpt, lines};
 
 /// A bulk data entry with its continuations: the fields behind its name, each with its line.
@@ -27,7 +27,7 @@ struct Matrix {
     labels: Labels,
 }
 
-pub(super) fn parse(text: &str, name: Option<&str>) -> Parsed<Labelled> {
+pub(super) fn parse(text: &str, name: Option<&str>) -> Parsed<LabelledMatrix> {
     let mut matrices: Vec<Matrix> = Vec::new();
     for card in cards(text)? {
         match card.name.as_str() {

@@ -1,7 +1,7 @@
 //! Entries of a matrix as a file lists them, and the matrix that they make.
 
 use super::dofs::Dof;
-use super::{Fault, Labelled, Parsed, MAX_ORDER, UNCHECKED};
+use super::{Fault, LabelledMatrix, Parsed, MAX_ORDER, UNCHECKED};
 use crate::body::matrix_market::Csr;
 use std::collections::HashMap;
 
@@ -124,7 +124,7 @@ impl Labels {
     }
 
     /// The matrix in ascending order of node and direction.
-    pub fn assemble(mut self, listing: Listing) -> Parsed<Labelled> {
+    pub fn assemble(mut self, listing: Listing) -> Parsed<LabelledMatrix> {
         let mut order: Vec<u32> = (0..self.dofs.len() as u32).collect();
         order.sort_unstable_by_key(|&k| self.dofs[k as usize]);
         let mut place = vec![0u32; order.len()];
@@ -137,6 +137,6 @@ impl Labels {
         }
         let name = |row: u32| dofs[row as usize].to_string();
         let matrix = assemble(dofs.len(), self.entries, listing, &name)?;
-        Ok(Labelled { matrix, dofs: Some(dofs) })
+        Ok(LabelledMatrix { matrix, dofs: Some(dofs) })
     }
 }

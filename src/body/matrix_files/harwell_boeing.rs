@@ -4,7 +4,7 @@
 
 use super::entries::{assemble, Listing, MatrixEntry};
 use super::numbers::{columns, integer, real};
-use super::{Fault, Labelled, Parsed, MAX_ORDER};
+use super::{Fault, LabelledMatrix, Parsed, MAX_ORDER};
 use crate::input::text::{excerpt, lines};
 
 /// Numbers a line, and the width of each.
@@ -135,7 +135,7 @@ fn header(all: &[(usize, &str)]) -> Parsed<Header> {
     Ok(Header { cards, kind, order, entries, layouts, lines: if sides > 0 { 5 } else { 4 } })
 }
 
-pub(super) fn parse(text: &str) -> Parsed<Labelled> {
+pub(super) fn parse(text: &str) -> Parsed<LabelledMatrix> {
     let all: Vec<(usize, &str)> = lines(text).collect();
     let head = header(&all)?;
     if head.entries > text.len() || head.order > text.len() {
@@ -182,7 +182,7 @@ pub(super) fn parse(text: &str) -> Parsed<Labelled> {
         }
     }
     let matrix = assemble(head.order, entries, Listing::All, &|row| (row + 1).to_string())?;
-    Ok(Labelled { matrix, dofs: None })
+    Ok(LabelledMatrix { matrix, dofs: None })
 }
 
 #[cfg(test)]

@@ -95,7 +95,7 @@ pub struct Source<'a> {
 
 /// A matrix as a file has it.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Labelled {
+pub struct LabelledMatrix {
     /// The matrix.
     pub matrix: Csr,
     /// Node and direction of each row, ascending; none where the file numbers the rows only.
@@ -122,7 +122,7 @@ type Parsed<T> = std::result::Result<T, Fault>;
 ///
 /// # Errors
 /// `Error::Input` with the path, the line, what was found and what was expected.
-pub fn read(source: &Source) -> Result<Labelled> {
+pub fn read(source: &Source) -> Result<LabelledMatrix> {
     let path = source.path.display();
     let fail = |what: String| Error::Input(format!("{path}: cannot read the matrix: {what}"));
     let bytes = crate::input::read(source.path).map_err(|e| fail(e.to_string()))?;
@@ -142,7 +142,7 @@ pub fn read(source: &Source) -> Result<Labelled> {
 }
 
 /// The matrix `name` of the content of a file.
-fn parse(bytes: &[u8], format: Format, name: Option<&str>) -> Parsed<Labelled> {
+fn parse(bytes: &[u8], format: Format, name: Option<&str>) -> Parsed<LabelledMatrix> {
     if format == Format::Op4 && op4_binary::is_binary(bytes) {
         return op4_binary::parse(bytes, name);
     }
@@ -151,7 +151,7 @@ fn parse(bytes: &[u8], format: Format, name: Option<&str>) -> Parsed<Labelled> {
         Format::MatrixMarket => {
             let matrix = matrix_market::parse(&text).map_err(|(line, what)| Fault::new(line, what))?;
             unnamed(name)?;
-            Ok(Labelled { matrix, dofs: None })
+            Ok(LabelledMatrix { matrix, dofs: None })
         }
         Format::Abaqus => abaqus::parse(&text, name),
         Format::CalculiX => unnamed(name).and_then(|()| calculix::parse(&text)),

@@ -5,7 +5,7 @@
 
 use super::entries::{assemble, Listing, MatrixEntry};
 use super::numbers::{columns, integer, real};
-use super::{select, Fault, Labelled, Parsed, MAX_ORDER};
+use super::{select, Fault, LabelledMatrix, Parsed, MAX_ORDER};
 use crate::input::text::{excerpt, lines};
 
 /// Rows from which strings are long by themselves, whatever the sign of NROW.
@@ -113,7 +113,7 @@ impl<'a> Cursor<'a> {
     }
 }
 
-pub(super) fn parse(text: &str, name: Option<&str>) -> Parsed<Labelled> {
+pub(super) fn parse(text: &str, name: Option<&str>) -> Parsed<LabelledMatrix> {
     let mut cursor = Cursor { lines: lines(text).filter(|(_, l)| !l.trim().is_empty()).collect(), next: 0 };
     let (mut names, mut found) = (Vec::new(), None);
     while cursor.next < cursor.lines.len() {
@@ -133,7 +133,7 @@ pub(super) fn parse(text: &str, name: Option<&str>) -> Parsed<Labelled> {
 }
 
 /// The matrix of its entries.
-pub(super) fn finish(header: &Header, entries: Vec<MatrixEntry>) -> Parsed<Labelled> {
+pub(super) fn finish(header: &Header, entries: Vec<MatrixEntry>) -> Parsed<LabelledMatrix> {
     let order = header.order().map_err(|what| Fault::new(0, what))?;
     let matrix = assemble(order, entries, Listing::All, &|row| (row + 1).to_string())?;
     if header.form == 6 {
@@ -150,7 +150,7 @@ pub(super) fn finish(header: &Header, entries: Vec<MatrixEntry>) -> Parsed<Label
             ));
         }
     }
-    Ok(Labelled { matrix, dofs: None })
+    Ok(LabelledMatrix { matrix, dofs: None })
 }
 
 /// Header, and values a line with their width.

@@ -3,7 +3,7 @@
 
 use super::entries::MatrixEntry;
 use super::op4::{finish, string, Header};
-use super::{select, Fault, Labelled, Parsed};
+use super::{select, Fault, LabelledMatrix, Parsed};
 
 /// Returns true if the content begins as a binary file does: a record of 24 bytes (or of 48 with numbers of eight
 /// bytes).
@@ -85,7 +85,7 @@ fn wrong(at: usize, length: i64) -> Fault {
     )
 }
 
-pub(super) fn parse(bytes: &[u8], name: Option<&str>) -> Parsed<Labelled> {
+pub(super) fn parse(bytes: &[u8], name: Option<&str>) -> Parsed<LabelledMatrix> {
     let first: [u8; 4] = bytes.first_chunk().copied().unwrap_or_default();
     let both = [i32::from_le_bytes(first), i32::from_be_bytes(first)];
     let mut cursor = Cursor { bytes, at: 0, big: [24, 48].contains(&both[1]), wide: both.contains(&48) };

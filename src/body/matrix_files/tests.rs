@@ -13,7 +13,7 @@ fn dof(node: i64, direction: u8) -> Dof {
     Dof { node, direction }
 }
 
-fn good(text: &str, format: Format, name: Option<&str>) -> Labelled {
+fn good(text: &str, format: Format, name: Option<&str>) -> LabelledMatrix {
     parse(text.as_bytes(), format, name).unwrap_or_else(|f| panic!("line {}: {}\n{text}", f.line, f.what))
 }
 
@@ -27,7 +27,7 @@ fn refused(text: &str, format: Format, line: usize, says: &[&str]) {
 /// K of the hand-written files: node 3 with x and y, node 7 with x.
 const HAND: [[f64; 3]; 3] = [[4.0, -1.0, 0.5], [-1.0, 3.0, 0.0], [0.5, 0.0, 2.5e5]];
 
-fn is_hand(read: &Labelled, dofs: bool) {
+fn is_hand(read: &LabelledMatrix, dofs: bool) {
     assert_eq!(dense(&read.matrix), HAND.map(|r| r.to_vec()));
     let expected = vec![dof(3, 1), dof(3, 2), dof(7, 1)];
     assert_eq!(read.dofs, dofs.then_some(expected));

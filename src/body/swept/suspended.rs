@@ -12,7 +12,7 @@ use crate::{Error, Result};
 use faer::Mat;
 
 /// Modes of the body from those with the mean stiffness of the bearings.
-pub(super) struct Recombined {
+pub(super) struct RecombinedModes {
     /// Places in the list of the modes that those of the body come from, `[m]`.
     pub order: Vec<usize>,
     /// Angular frequencies, rad/s, ascending.
@@ -22,7 +22,7 @@ pub(super) struct Recombined {
 }
 
 /// The modes of `list` on the bearings of `forms`; none where these are as stiff along x as along z.
-pub(super) fn recombined(forms: &Forms, list: &[Member]) -> Result<Option<Recombined>> {
+pub(super) fn recombined(forms: &Forms, list: &[Member]) -> Result<Option<RecombinedModes>> {
     let half: Vec<f64> = forms.bearings().map(|b| 0.5 * (b.stiffness[2] - b.stiffness[0])).collect();
     if half.iter().all(|k| *k == 0.0) {
         return Ok(None);
@@ -47,12 +47,12 @@ pub(super) fn recombined(forms: &Forms, list: &[Member]) -> Result<Option<Recomb
     let mut order: Vec<usize> = (0..m).collect();
     order.sort_by(|&a, &b| omega[a].total_cmp(&omega[b]));
     let components = Mat::from_fn(m, m, |i, k| components[(i, order[k])]);
-    Ok(Some(Recombined { omega: order.iter().map(|&k| omega[k]).collect(), order, components }))
+    Ok(Some(RecombinedModes { omega: order.iter().map(|&k| omega[k]).collect(), order, components }))
 }
 
 /// Energies Σ k p² of the modes of the body in the springs of the bearings, 1/s², `[m]`: `list` has the modes with the
 /// mean stiffness, `found` what becomes of them. Empty without bearings.
-pub(super) fn energies(forms: &Forms, list: &[Member], found: Option<&Recombined>) -> Vec<f64> {
+pub(super) fn energies(forms: &Forms, list: &[Member], found: Option<&RecombinedModes>) -> Vec<f64> {
     let bearings: Vec<[f64; 3]> = forms.bearings().map(|b| b.stiffness).collect();
     if bearings.is_empty() {
         return Vec::new();
@@ -77,7 +77,7 @@ pub(super) fn energies(forms: &Forms, list: &[Member], found: Option<&Recombined
     (0..list.len()).map(energy).collect()
 }
 
-impl Recombined {
+impl RecombinedModes {
     /// ZᵀAZ of a matrix between the modes.
     pub fn between(&self, a: &Mat<f64>) -> Mat<f64> {
         self.components.transpose() * a * &self.components

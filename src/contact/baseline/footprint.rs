@@ -13,7 +13,7 @@ pub struct Footprint {
 impl Footprint {
     /// The contact on the grid `s` under `pressure`, Pa, `[n]`: means weighted by its forces. Modes are smooth: their
     /// slope is the central difference at each node, that of the parabola through it and its neighbours.
-    pub fn of_pressure(s: &Interface, pressure: &[f64]) -> Self {
+    pub(crate) fn of_pressure(s: &Interface, pressure: &[f64]) -> Self {
         let force = |i: usize| pressure[i] * s.weight[i];
         let load: f64 = (0..s.len()).map(force).sum();
         let closed: Vec<usize> = (0..s.len()).filter(|&i| pressure[i] > 0.0 && !s.on_border(i)).collect();

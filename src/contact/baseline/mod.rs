@@ -53,7 +53,7 @@ impl EllipticContact {
     /// The ellipse with the second moments of the pressures p at places (x, y), with the areas w: an ellipse under
     /// Hertz' pressure has ⟨x²⟩ = a²/5. `materials` are Young's modulus, Pa, and Poisson's ratio of both bodies,
     /// which together have ν/G = (ν1/G1 + ν2/G2)/2. None without pressure, or beyond Kalker's table.
-    pub fn of_pressure(
+    pub(crate) fn of_pressure(
         nodes: impl Iterator<Item = ([f64; 2], f64)> + Clone,
         friction: f64,
         materials: [(f64, f64); 2],
@@ -81,7 +81,7 @@ impl EllipticContact {
     /// Stiffness of Hertz' contact, N/m: the force goes with δ^(3/2), so that dP/dδ = 3P/2δ, and δ = 3P K(e)/(2π E*
     /// max(a, b)) (K. L. Johnson, *Contact Mechanics* (1985), eq. 4.26c), where the arithmetic-geometric mean M gives
     /// the elliptic integral as K(e) = π max(a, b)/2M(a, b).
-    pub fn normal_stiffness(&self) -> f64 {
+    pub(crate) fn normal_stiffness(&self) -> f64 {
         let (mut a, mut b) = (self.a, self.b);
         for _ in 0..60 {
             (a, b) = (0.5 * (a + b), (a * b).sqrt());

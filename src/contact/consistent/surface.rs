@@ -100,7 +100,7 @@ impl ConsistentSurface {
     }
 
     /// `nodes` and their neighbours but for those on the border of the grid, ascending.
-    pub fn with_neighbours(&self, nodes: impl Iterator<Item = usize>) -> Vec<usize> {
+    pub(crate) fn with_neighbours(&self, nodes: impl Iterator<Item = usize>) -> Vec<usize> {
         let [nx, ny] = self.shape;
         let mut mark = vec![false; nx * ny];
         for i in nodes {

@@ -25,7 +25,7 @@ pub enum NodeCoupling {
 
 impl NodeCoupling {
     /// Rows of the matrix of a cell, and of one of its nodes among them.
-    pub fn per_node(self) -> usize {
+    pub(crate) fn per_node(self) -> usize {
         match self {
             NodeCoupling::Full => 3,
             NodeCoupling::Components => 1,

@@ -99,7 +99,7 @@ fn steel() -> Material {
 
 impl Absorber {
     /// Largest number of nodal diameters of modes in which they move as a ring.
-    pub fn highest_order(&self) -> usize {
+    pub(crate) fn highest_order(&self) -> usize {
         (self.count.max(1) as usize - 1) / 2
     }
 

@@ -53,7 +53,7 @@ pub struct Analyses {
 
 impl Analyses {
     /// The analyses given that work on the contact of two bodies, by name; each needs their compliance.
-    pub fn on_contact(&self) -> Vec<&'static str> {
+    pub(crate) fn on_contact(&self) -> Vec<&'static str> {
         self.names()
             .into_iter()
             .filter(|n| !["modes", "curving", "track_decay", "sweep", "uncertainty"].contains(n))

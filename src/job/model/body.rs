@@ -90,7 +90,7 @@ impl Body {
     }
 
     /// Returns whether the body is a half-space that a profile bounds.
-    pub fn is_half_space(&self) -> bool {
+    pub(crate) fn is_half_space(&self) -> bool {
         self.profile.is_some() && self.mesh.is_none()
     }
 
@@ -100,17 +100,17 @@ impl Body {
     }
 
     /// Returns whether it is of finite elements in three dimensions.
-    pub fn is_meshed(&self) -> bool {
+    pub(crate) fn is_meshed(&self) -> bool {
         matches!(self.mesh, Some(MeshSource::Cylinder(_) | MeshSource::File(_)))
     }
 
     /// Returns whether the job names something that holds the body, be it not in all directions.
-    pub fn is_held(&self) -> bool {
+    pub(crate) fn is_held(&self) -> bool {
         !self.fixed.is_empty() || self.suspension.is_some() || self.supports.iter().any(super::Support::holds)
     }
 
     /// The file of a drawn section, and the key that names it.
-    pub fn section_file(&self) -> Option<(&'static str, &Path)> {
+    pub(crate) fn section_file(&self) -> Option<(&'static str, &Path)> {
         match &self.mesh {
             Some(MeshSource::Revolved(super::Revolved { section: super::Section::File(file), .. })) => {
                 Some(("mesh.revolved.section.file", &file.path))
@@ -245,7 +245,7 @@ impl MeshFile {
     }
 
     /// The same, to be changed.
-    pub fn path_mut(&mut self) -> &mut PathBuf {
+    pub(crate) fn path_mut(&mut self) -> &mut PathBuf {
         match self {
             MeshFile::Path(path) => path,
             MeshFile::Keys(keys) => &mut keys.path,
@@ -253,7 +253,7 @@ impl MeshFile {
     }
 
     /// Returns whether it is read as a file of Abaqus or CalculiX, by its ending: names do not depend on case there.
-    pub fn is_abaqus(&self) -> bool {
+    pub(crate) fn is_abaqus(&self) -> bool {
         self.path().extension().is_some_and(|ending| ending.eq_ignore_ascii_case("inp"))
     }
 
@@ -274,7 +274,7 @@ impl MeshFile {
     }
 
     /// Returns whether 4-node tetrahedra are taken.
-    pub fn linear_tetrahedra(&self) -> bool {
+    pub(crate) fn linear_tetrahedra(&self) -> bool {
         matches!(self, MeshFile::Keys(keys) if keys.linear_tetrahedra)
     }
 }
@@ -355,7 +355,7 @@ impl Damping {
     /// Damping of steel railway wheels: damping ratios of 1e-3 with no nodal diameter, 1e-2 with one, in which the axle
     /// takes part, 1e-4 with more (as D. J. Thompson, Railway Noise and Vibration, 2009, has them from measurements,
     /// recalled).
-    pub fn of_steel_wheels() -> Self {
+    pub(crate) fn of_steel_wheels() -> Self {
         let factors = [2e-3, 2e-2, 2e-4].map(LossFactor).to_vec();
         Self { modal: Some(ModalDamping::ByDiameter(factors)), ..Self::default() }
     }

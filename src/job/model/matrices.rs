@@ -42,7 +42,7 @@ fn one() -> f64 {
 
 impl Matrices {
     /// File of the degrees of freedom: the one that is given, or that which CalculiX writes beside the stiffness.
-    pub fn dofs_file(&self) -> Option<PathBuf> {
+    pub(crate) fn dofs_file(&self) -> Option<PathBuf> {
         let stiffness = self.stiffness.path();
         let calculix = stiffness.extension().is_some_and(|e| e.eq_ignore_ascii_case("sti"));
         self.dofs.clone().or_else(|| calculix.then(|| stiffness.with_extension("dof")))
@@ -57,7 +57,7 @@ impl Matrices {
     }
 
     /// Paths of all files that the job names, to be changed.
-    pub fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
+    pub(crate) fn paths_mut(&mut self) -> Vec<&mut PathBuf> {
         let matrices = [Some(&mut self.mass), self.damping.as_mut(), Some(&mut self.stiffness)];
         matrices.into_iter().flatten().map(MatrixFile::path_mut).chain(&mut self.dofs).collect()
     }
@@ -97,7 +97,7 @@ impl MatrixFile {
     }
 
     /// Its path, to be changed.
-    pub fn path_mut(&mut self) -> &mut PathBuf {
+    pub(crate) fn path_mut(&mut self) -> &mut PathBuf {
         match self {
             MatrixFile::Path(path) => path,
             MatrixFile::Keys(keys) => &mut keys.path,

@@ -203,12 +203,12 @@ impl Job {
     }
 
     /// Returns whether the bodies are given by matrices. Reading a job makes sure that they are if one is.
-    pub fn by_matrices(&self) -> bool {
+    pub(crate) fn by_matrices(&self) -> bool {
         self.bodies().iter().any(|(_, b)| b.matrices.is_some())
     }
 
     /// Returns whether a body is swept from a section.
-    pub fn is_swept(&self) -> bool {
+    pub(crate) fn is_swept(&self) -> bool {
         self.bodies().iter().any(|(_, b)| matches!(b.mesh, Some(MeshSource::Revolved(_) | MeshSource::Extruded(_))))
     }
 
@@ -218,13 +218,13 @@ impl Job {
     }
 
     /// Returns whether the contact is where bodies that yield as a whole are under the load.
-    pub fn is_loaded(&self) -> bool {
+    pub(crate) fn is_loaded(&self) -> bool {
         let hybrid = self.contact.as_ref().is_some_and(|c| c.compliance == Compliance::Hybrid);
         hybrid && self.placement().is_some_and(|p| p.loaded)
     }
 
     /// Distance of the nodes of the contact grid, m, where the job says it.
-    pub fn contact_spacing(&self) -> Option<f64> {
+    pub(crate) fn contact_spacing(&self) -> Option<f64> {
         let of_patch = self.contact.as_ref().and_then(|c| c.patch).and_then(|p| p.spacing);
         of_patch.or(self.bodies().first().and_then(|(_, b)| match &b.mesh {
             Some(MeshSource::Cylinder(c)) => Some(c.element_size),

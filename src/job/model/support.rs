@@ -181,7 +181,7 @@ impl Support {
 impl Job {
     /// Part of the job that puts a static load on the bodies which a support has to bear; none where inertia alone can
     /// balance it: of the receptance, and of the stability about a given approach.
-    pub fn static_load(&self) -> Option<&'static str> {
+    pub(crate) fn static_load(&self) -> Option<&'static str> {
         let analyses = &self.analyses;
         let pressed = self.contact.as_ref().is_some_and(|c| c.normal_load.is_some());
         match () {

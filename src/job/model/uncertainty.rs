@@ -141,12 +141,12 @@ pub enum SamplingMethod {
 
 impl Uncertainty {
     /// True if Sobol' indices are computed.
-    pub fn wants_indices(&self) -> bool {
+    pub(crate) fn wants_indices(&self) -> bool {
         self.indices.unwrap_or(self.correlation.is_none())
     }
 
     /// Points that are computed for each sample: one, or those of the design of Saltelli.
-    pub fn points_per_sample(&self) -> usize {
+    pub(crate) fn points_per_sample(&self) -> usize {
         if self.wants_indices() {
             self.inputs.len() + 2
         } else {
@@ -155,7 +155,7 @@ impl Uncertainty {
     }
 
     /// Points of each sample that are at random, the first ones: they count for probabilities.
-    pub fn random_per_sample(&self) -> usize {
+    pub(crate) fn random_per_sample(&self) -> usize {
         if self.wants_indices() {
             2
         } else {

@@ -112,7 +112,7 @@ impl WheelDimensions {
     }
 
     /// y of the middle of the web at the rim and at the hub, m.
-    pub fn web_middle(&self) -> [f64; 2] {
+    pub(crate) fn web_middle(&self) -> [f64; 2] {
         let offset = if self.web == Web::Curved { self.web_offset } else { 0.0 };
         [self.web_position, self.web_position + offset]
     }

@@ -5,7 +5,7 @@ use super::elements::ElementType;
 use super::lines::Place;
 use super::parse::quote;
 use super::Files;
-use crate::mesh::listed::{FileOrigin, Index, Listed};
+use crate::mesh::listed::{FileContents, FileOrigin, Index};
 use crate::mesh::Facet;
 use crate::Result;
 use std::collections::HashMap;
@@ -18,7 +18,7 @@ const MOST: usize = 100_000;
 const AS_THEY_ARE: [u8; 20] = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15, 16, 17, 18, 19];
 
 /// One mesh of all instances.
-pub fn flatten(mut deck: Deck, files: &mut Files) -> Result<Listed> {
+pub fn flatten(mut deck: Deck, files: &mut Files) -> Result<FileContents> {
     let mut parts: Vec<DeckPart> = Vec::new();
     if deck.instances.is_empty() && deck.parts.len() == 1 {
         let name = deck.parts[0].0.clone();
@@ -39,7 +39,8 @@ pub fn flatten(mut deck: Deck, files: &mut Files) -> Result<Listed> {
     // What stands outside of parts comes last, and is all there is in a file without any.
     files.instances = instances.into_iter().map(|i| i.name).chain([String::new()]).collect();
     parts.push(deck.top);
-    let mut all = Flat { listed: Listed::default(), elements: Index::default(), files, lookups: Default::default() };
+    let mut all =
+        Flat { listed: FileContents::default(), elements: Index::default(), files, lookups: Default::default() };
     all.nodes(&mut parts)?;
     all.cells(&mut parts)?;
     all.groups(&parts)?;
@@ -97,7 +98,7 @@ enum What {
 }
 
 struct Flat<'f> {
-    listed: Listed,
+    listed: FileContents,
     /// Positions of the elements by their numbers: cells, then facets.
     elements: Index,
     files: &'f Files,

@@ -1,13 +1,13 @@
 //! Cells that are inverted, and cells that lie against each other without being joined.
 
-use super::{FileOrigin, Listed};
+use super::{FileContents, FileOrigin};
 use crate::mesh::kind::MAX_NODES;
 use crate::mesh::quality::{jacobian_range, worst_node};
 use crate::mesh::{facet_key, Facet, FacetKey, Mesh};
 use crate::Result;
 use std::collections::HashMap;
 
-impl Listed {
+impl FileContents {
     /// Refuses inverted cells.
     pub(super) fn check_cells(&self, mesh: &Mesh, origin: &dyn FileOrigin) -> Result<()> {
         let (mut wrong, mut inside_out) = (0usize, 0usize);

@@ -1,11 +1,11 @@
 //! Groups of boundary facets: those that a file lists as elements, as faces of cells, or by their nodes.
 
-use super::{FileOrigin, Listed};
+use super::{FileContents, FileOrigin};
 use crate::mesh::{facet_key, Facet, FacetKey, Mesh};
 use crate::Result;
 use std::collections::{HashMap, HashSet};
 
-impl Listed {
+impl FileContents {
     /// Sorts the facets into their groups. Remarks are about node sets that are no group.
     pub(super) fn group(&self, mesh: &mut Mesh, origin: &dyn FileOrigin) -> Result<Vec<String>> {
         let listed = || self.facets.iter().filter(|f| self.surfaces.contains_key(&f.surface));

@@ -27,7 +27,7 @@ pub(super) trait FileOrigin {
 
 /// Contents of a file, as read.
 #[derive(Default)]
-pub(super) struct Listed {
+pub(super) struct FileContents {
     /// Numbers of the nodes in the file, `[n]`.
     pub tags: Vec<u64>,
     /// Their coordinates in the file's unit, `[n][3]`.
@@ -63,7 +63,7 @@ pub(super) struct ListedFacet {
     pub corners: [u32; 4],
 }
 
-impl Listed {
+impl FileContents {
     /// Makes room for some more nodes, and no more room.
     pub fn reserve_nodes(&mut self, more: usize) {
         self.tags.reserve_exact(more);

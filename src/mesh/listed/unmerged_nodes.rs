@@ -1,6 +1,6 @@
 //! Nodes that were not merged, and bodies in several pieces: cracks that nothing else would show.
 
-use super::{FileOrigin, Listed};
+use super::{FileContents, FileOrigin};
 use crate::mesh::quality::volume;
 use crate::mesh::Mesh;
 use crate::Result;
@@ -14,7 +14,7 @@ const FLATTEST: f64 = 1e-8;
 /// And so are those nearer than this part of the mesh's extent.
 const OF_EXTENT: f64 = 1e-10;
 
-impl Listed {
+impl FileContents {
     /// Refuses meshes with unmerged nodes or in several pieces, and cells that are too flat; a remark on flat ones.
     pub(super) fn check_seams(&self, mesh: &Mesh, origin: &dyn FileOrigin) -> Result<Option<String>> {
         let size = mesh.nodes.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));

@@ -2,7 +2,7 @@
 
 use super::cursor::Cursor;
 use super::plane;
-use crate::mesh::listed::Listed;
+use crate::mesh::listed::FileContents;
 use crate::mesh::{CellKind, FacetKind};
 use crate::Result;
 use std::collections::HashMap;
@@ -52,7 +52,7 @@ pub(super) struct RawSections {
     pub surfaces: HashMap<i32, Vec<i32>>,
     /// Elements of a plane mesh, in place of cells and facets.
     pub plane: Option<plane::Read>,
-    pub listed: Listed,
+    pub listed: FileContents,
     seen: [bool; 3],
     /// Version 2.2, not 4.1.
     old: bool,
@@ -78,7 +78,7 @@ impl RawSections {
     }
 
     /// Reads a file.
-    pub fn read(mut self, c: &mut Cursor) -> Result<Listed> {
+    pub fn read(mut self, c: &mut Cursor) -> Result<FileContents> {
         let elements_at = self.sections(c)?;
         if self.listed.cells.is_empty() {
             return Err(c.error_at(

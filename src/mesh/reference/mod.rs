@@ -91,7 +91,7 @@ impl CellKind {
     }
 
     /// Nodes of the reference cell, `[nodes][3]`.
-    pub fn reference_nodes(self) -> &'static [[f64; 3]] {
+    pub(crate) fn reference_nodes(self) -> &'static [[f64; 3]] {
         &self.reference().nodes
     }
 
@@ -111,17 +111,17 @@ impl CellKind {
     }
 
     /// The rule for the stiffness: exact where the Jacobian is constant.
-    pub fn stiffness_rule(self) -> &'static [QuadraturePoint] {
+    pub(crate) fn stiffness_rule(self) -> &'static [QuadraturePoint] {
         &self.reference().stiffness
     }
 
     /// The rule for mass and volume: exact for products of two shape functions where the Jacobian is constant.
-    pub fn mass_rule(self) -> &'static [QuadraturePoint] {
+    pub(crate) fn mass_rule(self) -> &'static [QuadraturePoint] {
         &self.reference().mass
     }
 
     /// The rule for the volume: exact where the rule for the stiffness is and where edges are curved.
-    pub fn volume_rule(self) -> &'static [QuadraturePoint] {
+    pub(crate) fn volume_rule(self) -> &'static [QuadraturePoint] {
         match self {
             CellKind::Hex8 => self.stiffness_rule(),
             _ => self.mass_rule(),

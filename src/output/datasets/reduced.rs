@@ -176,7 +176,7 @@ impl Known<'_> {
 }
 
 /// A reduced model from an earlier run.
-pub struct Reused {
+pub struct ReusedModel {
     /// The model; none where the file has the modes alone.
     pub model: Option<ReducedModel>,
     /// The modes of the bodies that differ.
@@ -191,7 +191,7 @@ pub fn of_modes_alone(reader: &Reader) -> bool {
 }
 
 /// On rank 0: the reduced model that a file holds, for a job that can make use of it.
-pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
+pub fn load(reader: &Reader, job: &Job) -> Result<ReusedModel> {
     let name = reader.path().display();
     if !reader.has("/reduced/version") {
         return Err(Error::Input(format!(
@@ -320,7 +320,7 @@ pub fn load(reader: &Reader, job: &Job) -> Result<Reused> {
         }
         None => None,
     };
-    Ok(Reused { model, modes, origin })
+    Ok(ReusedModel { model, modes, origin })
 }
 
 /// Names of the modes of a body; `path` names its datasets.

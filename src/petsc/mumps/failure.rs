@@ -8,7 +8,7 @@ use crate::{Error, Result};
 pub(super) const SINGULAR: i64 = -10;
 
 /// Operation of MUMPS, for its messages.
-pub(in crate::petsc) struct Failed<'a> {
+pub(in crate::petsc) struct MumpsCall<'a> {
     /// Such as "the factorisation of K".
     pub what: &'a str,
     /// Name of the matrix.
@@ -22,11 +22,11 @@ pub(in crate::petsc) struct Failed<'a> {
 }
 
 /// INFOG(1) = `code` with INFOG(2) = `detail` as a result.
-pub(in crate::petsc) fn failure(code: i64, detail: i64, f: &Failed) -> Result<()> {
+pub(in crate::petsc) fn failure(code: i64, detail: i64, f: &MumpsCall) -> Result<()> {
     if code >= 0 {
         return Ok(());
     }
-    let Failed { what, matrix, entry, megabytes, advice } = f;
+    let MumpsCall { what, matrix, entry, megabytes, advice } = f;
     // Sizes beyond 32 bits come as negative millions.
     let entries = if detail < 0 { -(detail as f64) * 1e6 } else { detail as f64 };
     let refused = entries * entry / 1e6;
@@ -62,7 +62,7 @@ pub(in crate::petsc) fn failure(code: i64, detail: i64, f: &Failed) -> Result<()
 /// Collective: an error where the ranks of a node do not get the memory that the analysis found necessary,
 /// `megabytes` on this rank. It is asked for and given back, before MUMPS takes it piece by piece and the linear
 /// algebra beneath it is left without.
-pub(in crate::petsc) fn room(world: &World, megabytes: u64, f: &Failed) -> Result<()> {
+pub(in crate::petsc) fn room(world: &World, megabytes: u64, f: &MumpsCall) -> Result<()> {
     let need = 1e6 * megabytes as f64;
     let node = world.sum_on_node(need);
     let look = || {
@@ -78,7 +78,7 @@ pub(in crate::petsc) fn room(world: &World, megabytes: u64, f: &Failed) -> Resul
             )),
         }
     };
-    let Failed { what, advice, megabytes, .. } = f;
+    let MumpsCall { what, advice, megabytes, .. } = f;
     let short = |why| {
         Error::Memory(format!(
             "out of memory in {what}: it needs about {megabytes} MB on one rank in all; {why}. Use {advice}."
@@ -88,7 +88,7 @@ pub(in crate::petsc) fn room(world: &World, megabytes: u64, f: &Failed) -> Resul
 }
 
 /// Collective: an error where the factors go to the disk and there is no space for them, `bytes` of this rank.
-pub(in crate::petsc) fn space(world: &World, bytes: f64, f: &Failed) -> Result<()> {
+pub(in crate::petsc) fn space(world: &World, bytes: f64, f: &MumpsCall) -> Result<()> {
     let node = world.sum_on_node(bytes);
     let look = || {
         let Some(scratch) = world.scratch.get() else { return Ok(()) };
@@ -115,7 +115,7 @@ mod tests {
     #[test]
     fn codes_are_sorted_by_what_the_user_can_do() {
         let at = |code, detail, megabytes| {
-            let f = Failed { what: "the factorisation of K", matrix: "K", entry: 16.0, megabytes, advice: "less" };
+            let f = MumpsCall { what: "the factorisation of K", matrix: "K", entry: 16.0, megabytes, advice: "less" };
             failure(code, detail, &f)
         };
         assert!(at(0, 0, 0).is_ok() && at(1, 5, 0).is_ok(), "warnings are no failures");

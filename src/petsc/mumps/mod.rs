@@ -9,7 +9,7 @@ mod failure;
 mod inverse;
 mod solve;
 
-pub(super) use failure::{failure, room, space, Failed};
+pub(super) use failure::{failure, room, space, MumpsCall};
 
 use super::csr::{norm2, DistCsr};
 use super::ordering::nested_dissection;
@@ -226,7 +226,7 @@ impl<'w> Factor<'w> {
     }
 
     /// True where the factors go to the disk.
-    pub fn on_disk(&self) -> bool {
+    pub(crate) fn on_disk(&self) -> bool {
         self.id.icntl[21] == 1
     }
 
@@ -397,8 +397,8 @@ impl<'w> Factor<'w> {
         failure(code, detail, &self.failed(&format!("the factorisation of {name}"), name))
     }
 
-    fn failed<'a>(&self, what: &'a str, matrix: &'a str) -> Failed<'a> {
-        Failed { what, matrix, entry: 8.0, megabytes: self.statistics.memory_max_mb, advice: ADVICE }
+    fn failed<'a>(&self, what: &'a str, matrix: &'a str) -> MumpsCall<'a> {
+        MumpsCall { what, matrix, entry: 8.0, megabytes: self.statistics.memory_max_mb, advice: ADVICE }
     }
 }
 

@@ -111,7 +111,7 @@ fn rolling_radii_are_those_of_contact() {
 #[test]
 fn hertz_is_near_where_curvatures_are_even() {
     for (side, row) in rows().into_iter().filter(|(s, r)| *s == RailSide::Left && r["case"] > 12.0) {
-        let ellipse = place(side, &row).ellipse(MODULUS, Press::Approach(1e-3 * row["approach"])).unwrap();
+        let ellipse = place(side, &row).ellipse(MODULUS, HertzLoad::Approach(1e-3 * row["approach"])).unwrap();
         assert!((ellipse.force / row["fn"] - 1.0).abs() < 2e-3, "{} {}", ellipse.force, row["fn"]);
         assert!((ellipse.pressure / (1e6 * row["pmax"]) - 1.0).abs() < 3e-3, "{} {}", ellipse.pressure, row["pmax"]);
     }

@@ -79,7 +79,7 @@ impl Coupling {
     }
 
     /// Tractions of the changes `f` of friction (N, `[s]`), `[3m]`.
-    pub fn memory_forces(&self, f: &[C]) -> Vec<C> {
+    pub(crate) fn memory_forces(&self, f: &[C]) -> Vec<C> {
         let mut forces = vec![C::default(); 3 * self.nodes.len()];
         for (memory, f) in self.memory.iter().zip(f) {
             for (q, t) in memory.direction.iter().enumerate() {
@@ -91,7 +91,7 @@ impl Coupling {
 
     /// The rows of friction with the power `power` of λ, 1 or 0, on the motion `y` (`[3m]`) and the changes `f` (N,
     /// `[s]`): N or N/s, `[s]`.
-    pub fn memory_rows(&self, power: usize, y: &[C], f: &[C]) -> Vec<C> {
+    pub(crate) fn memory_rows(&self, power: usize, y: &[C], f: &[C]) -> Vec<C> {
         let row = |(i, m): (usize, &LinearMemory)| {
             let w = |q: usize| match power {
                 1 => y[3 * m.at + q],
@@ -108,7 +108,7 @@ impl Coupling {
 
     /// Largest sums of the absolute coefficients of these rows with λ and without: of f, 1 and 1/s, and of the
     /// motion, N/m and N/(m s).
-    pub fn largest_memory(&self) -> ([f64; 2], [f64; 2]) {
+    pub(crate) fn largest_memory(&self) -> ([f64; 2], [f64; 2]) {
         let most = |of: &dyn Fn(&LinearMemory) -> f64| self.memory.iter().map(of).fold(0.0, f64::max);
         let moved = 2.0 * most(&|m| (self.unit * m.relaxation.gain).abs());
         let one = if self.memory.is_empty() { 0.0 } else { 1.0 };
@@ -116,12 +116,12 @@ impl Coupling {
     }
 
     /// Forces of the damping part, −D w, N/s per unit of λ: `y` and the result are `[3m]`, rows (x, y, n).
-    pub fn damping_forces(&self, y: &[C]) -> Vec<C> {
+    pub(crate) fn damping_forces(&self, y: &[C]) -> Vec<C> {
         self.tangential(|i, q| y[3 * i + q])
     }
 
     /// Forces of the stiffness part, −D V ∂x w, N, `[3m]`.
-    pub fn convection_forces(&self, y: &[C]) -> Vec<C> {
+    pub(crate) fn convection_forces(&self, y: &[C]) -> Vec<C> {
         self.tangential(|i, q| self.carried(i, q, |row| y[row]))
     }
 
@@ -143,7 +143,7 @@ impl Coupling {
     }
 
     /// Forces of the pressures r (N, `[k]`) with their friction, `[3m]`.
-    pub fn pressure_forces(&self, r: &[C]) -> Vec<C> {
+    pub(crate) fn pressure_forces(&self, r: &[C]) -> Vec<C> {
         let mut forces = vec![C::default(); 3 * self.nodes.len()];
         for (i, (r, t)) in r.iter().zip(&self.friction).enumerate() {
             forces[3 * i] = -t[0] * r;
@@ -154,12 +154,12 @@ impl Coupling {
     }
 
     /// Largest entry of D, N·s/m.
-    pub fn largest_damping(&self) -> f64 {
+    pub(crate) fn largest_damping(&self) -> f64 {
         self.damping.iter().flatten().flatten().fold(0.0, |m: f64, v| m.max(v.abs()))
     }
 
     /// Sum of the absolute coefficients of V ∂x, at most, 1/s.
-    pub fn largest_rate(&self) -> f64 {
+    pub(crate) fn largest_rate(&self) -> f64 {
         let along = |l: &Vec<(usize, f64)>| l.iter().map(|c| c.1.abs()).sum::<f64>();
         let edge = |l: &Vec<(usize, [f64; 2])>| l.iter().map(|c| c.1[0].abs().max(c.1[1].abs())).sum::<f64>();
         self.convection.iter().zip(&self.edges).map(|(c, e)| along(c) + edge(e)).fold(0.0, f64::max)

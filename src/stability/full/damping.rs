@@ -29,7 +29,7 @@ pub struct RayleighDamping {
 impl RayleighDamping {
     /// The shift of imaginary part `height` (rad/s) at which s is real, with that s (1/s²): the eigenvalue that a
     /// mode of a body with this damping would have. `None` where so fast a mode would not oscillate.
-    pub fn on_curve(&self, height: f64) -> Option<(C, f64)> {
+    pub(crate) fn on_curve(&self, height: f64) -> Option<(C, f64)> {
         let mut s = height * height;
         for _ in 0..200 {
             let half = 0.5 * (self.alpha + self.beta * s);

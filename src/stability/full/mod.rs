@@ -5,16 +5,16 @@ mod columns;
 pub mod completeness;
 pub(crate) mod coupling;
 mod damping;
+mod full_body;
 pub(super) mod inverse;
 pub(crate) mod pairs;
-mod part;
 pub(crate) mod residuals;
 mod rotation_correction;
 mod shift;
 pub mod system;
 mod transposed;
 
-use super::confirmation::{Asked, Confirmation, Problem};
+use super::confirmation::{Confirmation, ConfirmationRequest, Problem};
 use super::grows;
 use crate::body::fe::BodyModes;
 use crate::body::FullSystem;
@@ -241,7 +241,7 @@ fn confirm(
     let problem = Problem { petsc, span: Span::World, norms, rate, system: "stability of the full system" };
     for (&i, left) in which.iter().zip(&left) {
         let FullEigenpair { value, vector, .. } = &found[i];
-        let asked = Asked { value: *value, shift, right: vector, left, effort: CONFIRMED };
+        let asked = ConfirmationRequest { value: *value, shift, right: vector, left, effort: CONFIRMED };
         all[i] = problem.confirm(system, &asked)?;
     }
     Ok(all)

@@ -8,7 +8,7 @@
 //! modes see too little of the rotation, the eigensolver works on the whole problem instead, with solutions that are
 //! corrected (`turning`).
 
-use super::residuals::{Judged, Residuals};
+use super::residuals::{PairResiduals, Residuals};
 use super::system::System;
 use crate::eigen::projection::Projection;
 use crate::eigen::quadratic::{nearest, Quadratic, QuadraticPairs, QuadraticSettings, BLOCK};
@@ -156,7 +156,9 @@ impl System<'_> {
                 *solves += some.len();
                 let real: Vec<C> = mine.iter().map(|l| l * self.rate).collect();
                 let judged = self.judge(&real, &vectors, rest)?;
-                for ((&i, x), Judged { residuals, change }) in some.iter().zip(vectors.chunks_exact(n)).zip(judged) {
+                for ((&i, x), PairResiduals { residuals, change }) in
+                    some.iter().zip(vectors.chunks_exact(n)).zip(judged)
+                {
                     if residuals.correction <= UNCHANGED && residuals.backward_error <= GOOD {
                         done[i] = Some(FullEigenpair { value: values[i] * self.rate, vector: x.to_vec(), residuals });
                     } else {

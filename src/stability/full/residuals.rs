@@ -20,7 +20,7 @@ pub struct Residuals {
 }
 
 /// The residuals of a pair, and what one more inverse iteration changes.
-pub(super) struct Judged {
+pub(super) struct PairResiduals {
     pub residuals: Residuals,
     /// Local rows of P(σ)⁻¹P(λ)x.
     pub change: Vec<C>,
@@ -53,7 +53,7 @@ impl System<'_> {
     }
 
     /// Collective: how good pairs (λ in 1/s; x one behind the other) are of which P(λ)x is the `rest`.
-    pub(super) fn judge(&mut self, values: &[C], vectors: &[C], rest: Vec<C>) -> Result<Vec<Judged>> {
+    pub(super) fn judge(&mut self, values: &[C], vectors: &[C], rest: Vec<C>) -> Result<Vec<PairResiduals>> {
         let n = vectors.len() / values.len().max(1);
         let left: Vec<f64> = rest.chunks_exact(n).map(|r| self.size(r)).collect();
         let mut changes = rest;
@@ -72,7 +72,7 @@ impl System<'_> {
                 correction: self.size(change) / size,
                 constraint: gap / u,
             };
-            Judged { residuals, change: change.to_vec() }
+            PairResiduals { residuals, change: change.to_vec() }
         };
         Ok(left.into_iter().enumerate().map(judge).collect())
     }

@@ -9,8 +9,8 @@
 use super::columns::Reals;
 use super::coupling::{CoupledContact, TransposedRows};
 use super::damping::{ModalCorrection, ModalTerms, RayleighDamping};
+use super::full_body::FullBody;
 use super::inverse::{Inverse, ShiftedBody};
-use super::part::FullBody;
 use super::system::System;
 use crate::eigen::quadratic::{random, Quadratic, BLOCK};
 use crate::petsc::complex::ComplexFactor;

@@ -6,7 +6,7 @@
 
 use super::coupling::{Coupling, CouplingMatrices};
 use super::damping::DampedBody;
-use super::part::FullBody;
+use super::full_body::FullBody;
 use super::shift::Shift;
 use crate::body::fe::BodyModes;
 use crate::body::FullSystem;
@@ -167,7 +167,7 @@ impl<'a> System<'a> {
 
     /// Collective: uᴴ C u of the lower and of the upper body with their own damping, N·s/m times the square of the
     /// motion's unit.
-    pub fn dissipation(&self, x: &[C]) -> [f64; 2] {
+    pub(crate) fn dissipation(&self, x: &[C]) -> [f64; 2] {
         [0, 1].map(|p| self.parts.get(p).map_or(0.0, |part| part.dissipation(self.world, x)))
     }
 

@@ -16,8 +16,8 @@ struct Drawing {
 }
 
 impl Drawing {
-    fn made(&self) -> Result<Drawn> {
-        Drawn::new(Path::Axle, self.nodes.clone(), &self.faces, &self.curves, "running")
+    fn made(&self) -> Result<DrawnSection> {
+        DrawnSection::new(Path::Axle, self.nodes.clone(), &self.faces, &self.curves, "running")
     }
 
     fn fault(&self) -> String {
@@ -84,7 +84,7 @@ fn a_drawn_ring_is_the_built_in_one() {
         let [r, slope] = drawn.running(0.013).expect("on the line");
         assert!((r - 0.5).abs() < 1e-15 && slope.abs() < 1e-12);
         assert_eq!(drawn.running(0.051), None);
-        let given = SectionSource::Drawn { drawn, offset: 0.02, mirrored: false };
+        let given = SectionSource::DrawnSection { drawn, offset: 0.02, mirrored: false };
         for section in [given.for_modes(), given.for_loads(3e-3)].map(|s| s.expect("section")) {
             assert!((section.volume() / (TAU * 0.5 * (0.25 - 0.01) * 0.1) - 1.0).abs() < 1e-12);
             let found = frequencies(section, 2);
@@ -101,7 +101,7 @@ fn a_drawn_ring_is_the_built_in_one() {
 fn the_contact_is_made_finer() {
     let drawn = Rc::new(ring(12, false, true).made().expect("a ring"));
     for mirrored in [false, true] {
-        let given = SectionSource::Drawn { drawn: Rc::clone(&drawn), offset: 0.02, mirrored };
+        let given = SectionSource::DrawnSection { drawn: Rc::clone(&drawn), offset: 0.02, mirrored };
         let section = given.for_loads(3e-3).expect("section");
         let [first, last] =
             [section.tread[0][0], section.tread[section.tread.len() - 1][1]].map(|k| section.nodes[k][1]);
@@ -140,7 +140,7 @@ fn edges_stay_on_their_curve() {
         x[0] -= x[1] * x[1] / (2.0 * 0.3);
     }
     let drawn = Rc::new(drawing.made().expect("a crowned ring"));
-    let section = SectionSource::Drawn { drawn: Rc::clone(&drawn), offset: 0.0, mirrored: false }
+    let section = SectionSource::DrawnSection { drawn: Rc::clone(&drawn), offset: 0.0, mirrored: false }
         .for_loads(3e-3)
         .expect("section");
     for &k in section.tread.iter().flatten() {
@@ -207,19 +207,26 @@ fn what_cannot_be_a_section_is_refused() {
     says(with(&strip([[0.55, 0.06], [0.44, 0.02], [0.43, 0.0]])), &["overlap"]);
     says(with(&strip([[0.55, 0.06], [0.44, 0.1], [0.44, 0.0]])), &["crosses itself"]);
     let drawn = Rc::new(ring(8, false, false).made().expect("a ring"));
-    let beside =
-        SectionSource::Drawn { drawn, offset: 0.07, mirrored: false }.for_modes().expect_err("beside").to_string();
+    let beside = SectionSource::DrawnSection { drawn, offset: 0.07, mirrored: false }
+        .for_modes()
+        .expect_err("beside")
+        .to_string();
     says(beside, &["y = 0.07", "from -0.05 to 0.05 m"]);
     let mut steep = ring(8, false, false);
     steep.nodes.iter_mut().filter(|x| x[0] > 0.49).for_each(|x| x[0] -= 0.5 * x[1]);
     let cone = Rc::new(steep.made().expect("a cone"));
     says(cone.refuse_steep(0.0).expect_err("steep").to_string(), &["slope -0.50", "at most 0.2"]);
-    SectionSource::Drawn { drawn: cone, offset: 0.0, mirrored: false }.for_modes().expect("a frame along the cone");
+    SectionSource::DrawnSection { drawn: cone, offset: 0.0, mirrored: false }
+        .for_modes()
+        .expect("a frame along the cone");
     let mut steep = ring(8, false, false);
     steep.nodes.iter_mut().for_each(|x| x[0] += 0.5 - 6.0 * x[1]);
     let wall = Rc::new(steep.made().expect("a wall"));
     says(
-        SectionSource::Drawn { drawn: wall, offset: 0.0, mirrored: false }.for_modes().expect_err("steep").to_string(),
+        SectionSource::DrawnSection { drawn: wall, offset: 0.0, mirrored: false }
+            .for_modes()
+            .expect_err("steep")
+            .to_string(),
         &["slope -6.00", "80 degrees"],
     );
 }

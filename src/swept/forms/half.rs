@@ -80,7 +80,7 @@ impl Forms {
     }
 
     /// K_n − σM of a half section, factorised for both parities: of the `other` one all but the last rows are the same.
-    pub fn factor_both(&self, other: &Self, n: usize, sigma: f64) -> Result<[SkylineFactor; 2]> {
+    pub(crate) fn factor_both(&self, other: &Self, n: usize, sigma: f64) -> Result<[SkylineFactor; 2]> {
         let own = self.factor(n, sigma)?;
         let same = self.envelope == other.envelope && self.place == other.place;
         let like = match self.constraints.first_in_middle().filter(|_| same) {

@@ -31,14 +31,14 @@ impl Forms {
     }
 
     /// M x of columns at the order n with (U, W) of x alone, or with V alone, each metre of a line.
-    pub fn mass_of(&self, along: bool, x: MatRef<'_, f64>) -> Mat<f64> {
+    pub(crate) fn mass_of(&self, along: bool, x: MatRef<'_, f64>) -> Mat<f64> {
         let part = Mat::from_fn(x.nrows(), x.ncols(), |i, k| if (i % 3 == 1) == along { x[(i, k)] } else { 0.0 });
         self.inertia(part.as_ref(), 1.0)
     }
 
     /// Projects columns of amplitudes of the order n, `[order, k]`, on motions that meet the constraints: regular on
     /// the axle, and of a half section symmetric or antisymmetric in its middle plane.
-    pub fn make_regular(&self, n: usize, x: &mut Mat<f64>) {
+    pub(crate) fn make_regular(&self, n: usize, x: &mut Mat<f64>) {
         self.constraints.project(n, x);
     }
 

@@ -54,7 +54,7 @@ impl Infinite {
     }
 
     /// The same with its derivatives by parameters that change the track as `slopes`.
-    pub fn along_slopes(
+    pub(crate) fn along_slopes(
         &self,
         omega: f64,
         forces: &[usize],

@@ -80,7 +80,7 @@ impl Infinite {
     /// The same rail with the loss factor `loss` on another track of as many layers, with sleepers of the same mass; on
     /// the motions of the section that were made for the track before, which are good for one that is not very
     /// different.
-    pub fn on_track(&self, track: &RailTrack, loss: f64) -> Self {
+    pub(crate) fn on_track(&self, track: &RailTrack, loss: f64) -> Self {
         let layers = [track.pad, track.sleeper.map_or(NONE, |s| s.ballast)];
         let q = self.loads.nrows();
         Self {

@@ -7,18 +7,18 @@ use std::rc::Rc;
 const FOCUS: Focus = Focus { size: 3e-3, reach: 0.03, corner: 0.015, largest: 0.015 };
 
 /// 60E1 as if it were a drawing, its head in edges of 3 mm, with the middle of the head at (0, 0).
-fn drawing() -> Drawn {
+fn drawing() -> DrawnSection {
     let section = BuiltRail::new(&R60E1, 0.0).and_then(|rail| rail.section(FOCUS)).unwrap();
     let edges = |all: Vec<[usize; 3]>| all.into_iter().map(|e| e.to_vec()).collect::<Vec<_>>();
     let curves: BTreeMap<String, Vec<Vec<usize>>> =
         [("running".to_owned(), edges(section.tread.clone())), ("pads".to_owned(), edges(section.edges("foot")))]
             .into();
     let faces: Vec<Vec<usize>> = section.elements.iter().map(|e| e.nodes.clone()).collect();
-    Drawn::new(Path::Line(1.0), section.nodes, &faces, &curves, "running").unwrap()
+    DrawnSection::new(Path::Line(1.0), section.nodes, &faces, &curves, "running").unwrap()
 }
 
 fn at(y: f64) -> PlacedRailSection {
-    PlacedRailSection::Drawn(DrawnRail::new(Rc::new(drawing()), "pads", y).unwrap())
+    PlacedRailSection::DrawnSection(DrawnRail::new(Rc::new(drawing()), "pads", y).unwrap())
 }
 
 /// Place, angle, surface, modes and beam of the drawing are those of the rail it was drawn from.
@@ -69,7 +69,8 @@ fn the_contact_on_a_drawn_rail_yields_as_on_the_built_in_one() {
         assert!((built[i][j] / drawn[i][j] - 1.0).abs() < 0.005, "{i}{j}: {:e} {:e}", built[i][j], drawn[i][j]);
     }
     // From the other side.
-    let mirrored = PlacedRailSection::Drawn(DrawnRail::new(Rc::new(drawing().mirrored()), "pads", -0.005).unwrap());
+    let mirrored =
+        PlacedRailSection::DrawnSection(DrawnRail::new(Rc::new(drawing().mirrored()), "pads", -0.005).unwrap());
     let other = yields(&mirrored);
     assert!((other[1][2] / drawn[1][2] + 1.0).abs() < 1e-6 && (other[2][2] / drawn[2][2] - 1.0).abs() < 1e-6);
 }
@@ -87,7 +88,7 @@ fn what_a_rail_is_not_drawn_for_is_refused() {
 fn the_beam_of_a_rectangle() {
     let nodes = vec![[0.0, -0.02], [0.1, -0.02], [0.1, 0.02], [0.0, 0.02]];
     let curves = [("running".to_owned(), vec![vec![1, 2]])].into();
-    let drawn = Drawn::new(Path::Line(1.0), nodes, &[vec![0, 1, 2, 3]], &curves, "running").unwrap();
+    let drawn = DrawnSection::new(Path::Line(1.0), nodes, &[vec![0, 1, 2, 3]], &curves, "running").unwrap();
     for (lateral, [depth, width]) in [(false, [0.1_f64, 0.04]), (true, [0.04, 0.1])] {
         let beam = drawn.beam(RAIL_STEEL, lateral, 0.0).unwrap();
         let wanted = [depth * width, width * depth.powi(3) / 12.0, 5.0 / 6.0];

@@ -24,14 +24,14 @@ fn waves_of_a_rail_serve_wherever_it_is_touched() {
     let patch = LoadCircle { radius: 5e-3 };
     for n in [0, 1, 7, 30] {
         let limit = 2.0 * PI * 2500.0;
-        let turned = RailMode::new(&forms, of_order(&forms, n, limit).unwrap(), &[]).turned(angle);
+        let rotated = RailMode::new(&forms, of_order(&forms, n, limit).unwrap(), &[]).rotated(angle);
         let line = LineLoad::new(&other, patch, n, PERIOD / (2.0 * PI));
         let lines = [line];
         let own = RailMode::new(&other, of_order(&other, n, limit).unwrap(), &lines);
-        assert!(!own.omega.is_empty() && own.omega.len() == turned.omega.len(), "{n}");
-        let contact = contact_functions(turned.vectors.as_ref(), &lines);
+        assert!(!own.omega.is_empty() && own.omega.len() == rotated.omega.len(), "{n}");
+        let contact = contact_functions(rotated.vectors.as_ref(), &lines);
         for k in 0..own.omega.len() {
-            assert!((turned.omega[k] / own.omega[k] - 1.0).abs() < 1e-9, "{n} {k}");
+            assert!((rotated.omega[k] / own.omega[k] - 1.0).abs() < 1e-9, "{n} {k}");
             let (here, there) = (contact.col(k), own.contact.col(k));
             let product: f64 = here.transpose() * there;
             let off = (0..LOADS).map(|c| (here[c] - product.signum() * there[c]).abs());

@@ -62,7 +62,7 @@ fn compliance(place: [f64; 3], mirrored: bool) -> Square {
     let given = wheel(place, mirrored);
     let loads = clamped(given.for_loads(PATCH.radius).unwrap(), RAIL_WHEEL);
     let constant = Constant::for_contact(&loads, &[PATCH], &given.contact()).unwrap();
-    both_turned(&own(&constant)[0], turn(place, mirrored))
+    load_frame::rotate_load_pairs(&own(&constant)[0], turn(place, mirrored))
 }
 
 /// The lowest mode of two nodal diameters at the contact, in the frame of the profile, with the sign of its motion
@@ -73,7 +73,7 @@ fn motion(place: [f64; 3], mirrored: bool, modes: &FourierModes, forms: &Forms) 
     let contact = wheel(place, mirrored).contact();
     let line = LineLoad::for_contact(&moved, PATCH, modes.order, &contact);
     let seen = contact_functions(modes.vectors.as_ref(), &[line]);
-    turned(std::array::from_fn(|c| seen[(c, 0)]), turn(place, mirrored))
+    rotate_loads(std::array::from_fn(|c| seen[(c, 0)]), turn(place, mirrored))
 }
 
 fn lowest(mirrored: bool) -> (FourierModes, Forms) {

@@ -169,7 +169,7 @@ fn dashpots_end_a_rail_along_itself() {
     let rail = Infinite::new(&making, 2.0 * PI * 1500.0).unwrap();
     let (period, patch) = (14.0, LoadCircle { radius: 5e-3 });
     // Dashpots at a section move by short waves as well: with modes up to 2500 Hz 14 % are missing at 800 Hz.
-    let few = straight::OnPads::new(period, 6000.0, patch);
+    let few = straight::PaddedRail::new(period, 6000.0, patch);
     let a = straight::at_contact(0.0, &[patch.radius], 2.0, period, None)[0];
     let ends = |along: f64| AbsorbingEnds { period, length: 5.0, damping: 6000.0, along };
     let speed = beam_60e1(RAIL_STEEL, false, 0.0).speed();

@@ -199,13 +199,13 @@ fn the_contact_on_the_rail_yields_as_it_must() {
 }
 
 /// The rail on pads of the length `period`, m, by its modes up to `limit`, Hz.
-pub(super) struct OnPads {
+pub(super) struct PaddedRail {
     forms: Forms,
     pub waves: Vec<RailMode>,
     pub list: Vec<waves::Member>,
 }
 
-impl OnPads {
+impl PaddedRail {
     pub(super) fn new(period: f64, limit: f64, patch: LoadCircle) -> Self {
         let radius = period / (2.0 * PI);
         let rail = BuiltRail::new(&R60E1, 0.0).unwrap();
@@ -234,8 +234,8 @@ impl OnPads {
 #[test]
 fn the_rail_on_pads_responds_as_a_beam() {
     let (period, patch) = (14.0, LoadCircle { radius: 5e-3 });
-    let rail = OnPads::new(period, 3500.0, patch);
-    let OnPads { waves, list, .. } = &rail;
+    let rail = PaddedRail::new(period, 3500.0, patch);
+    let PaddedRail { waves, list, .. } = &rail;
     let numbers: Vec<f64> = waves.iter().rev().flat_map(RailMode::to_numbers).collect();
     assert_eq!(&RailMode::from_numbers(&numbers).unwrap(), waves);
     assert!(RailMode::from_numbers(&numbers[1..]).is_err());

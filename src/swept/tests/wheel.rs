@@ -22,7 +22,7 @@ fn triangles(section: &CrossSection) -> Vec<(Vec<usize>, usize)> {
 }
 
 /// A drawing of the curved wheel in triangles, finer than the program's mesh.
-fn drawing() -> Drawn {
+fn drawing() -> DrawnSection {
     let wheel = Wheel { shape: curved(), ..Wheel::w920s(0.0) };
     let section = wheel.section(even(0.002, 0.015)).unwrap();
     let faces: Vec<Vec<usize>> = triangles(&section).into_iter().map(|(face, _)| face).collect();
@@ -30,7 +30,7 @@ fn drawing() -> Drawn {
     let running: Vec<Vec<usize>> = tread.map(|e| e.to_vec()).collect();
     let bore: Vec<Vec<usize>> = section.edges("bore").into_iter().map(|e| e.to_vec()).collect();
     let curves = [("running".to_owned(), running), ("bore".to_owned(), bore)].into();
-    Drawn::new(Path::Axle, section.nodes, &faces, &curves, "running").unwrap()
+    DrawnSection::new(Path::Axle, section.nodes, &faces, &curves, "running").unwrap()
 }
 
 /// All modes to 6 kHz of W920S are those of a mesh with edges of 10 mm, which are short far around
@@ -54,7 +54,8 @@ fn frequencies_of_w920s_have_converged() {
 #[test]
 fn frequencies_of_a_wheel_by_dimensions_are_those_of_its_drawing() {
     let built = SectionSource::Wheel(Wheel { shape: curved(), ..Wheel::w920s(0.0) }).for_modes().unwrap();
-    let drawn = SectionSource::Drawn { drawn: Rc::new(drawing()), offset: 0.0, mirrored: false }.for_modes().unwrap();
+    let drawn =
+        SectionSource::DrawnSection { drawn: Rc::new(drawing()), offset: 0.0, mirrored: false }.for_modes().unwrap();
     let [a, b] = [&built, &drawn].map(|s| s.inertia(STEEL_OF_WHEELS));
     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-3 * b.abs().max(1e-2)), "{a:?} {b:?}");
     let found = [built, drawn].map(|section| {
@@ -91,7 +92,7 @@ fn a_resilient_wheel_is_its_drawing() {
     let running: Vec<Vec<usize>> = tread.map(|e| e.to_vec()).collect();
     let bore: Vec<Vec<usize>> = fine.edges("bore").into_iter().map(|e| e.to_vec()).collect();
     let curves = [("running".to_owned(), running), ("bore".to_owned(), bore)].into();
-    let drawn = Drawn::new(Path::Axle, fine.nodes.clone(), &faces, &curves, "running").unwrap();
+    let drawn = DrawnSection::new(Path::Axle, fine.nodes.clone(), &faces, &curves, "running").unwrap();
     let all: Vec<usize> = (0..faces.len()).collect();
     for (layers, part) in [
         (vec![(layer.clone(), &rubber[..]), (layer.clone(), &rubber[..1])], "a face in common"),
@@ -101,7 +102,8 @@ fn a_resilient_wheel_is_its_drawing() {
         assert!(error.message().contains(part), "{error}");
     }
     let drawn = drawn.with_layers(vec![(layer, &rubber[..])]).unwrap();
-    let drawn = SectionSource::Drawn { drawn: Rc::new(drawn), offset: 0.0, mirrored: false }.for_modes().unwrap();
+    let drawn =
+        SectionSource::DrawnSection { drawn: Rc::new(drawn), offset: 0.0, mirrored: false }.for_modes().unwrap();
     let [a, b] = [&built, &drawn].map(|s| s.inertia(STEEL_OF_WHEELS));
     assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6 * b.abs().max(1e-2)), "{a:?} {b:?}");
     let found = [built, drawn].map(|section| {

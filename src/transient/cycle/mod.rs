@@ -15,14 +15,14 @@ mod periodicity;
 mod section;
 mod settling;
 
-pub use periodicity::{Record, Returns};
+pub use periodicity::{Record, SectionReturns};
 
 use super::stepper::{State, Stepper};
 use crate::Result;
 use amplitude_continuation::{GrowthSample, NextAmplitude, Trail};
 use faer::Mat;
 use section::{PoincareSection, SectionMeasures};
-use settling::{Alone, SettlingState, LOOKS};
+use settling::{FreeRecord, SettlingState, LOOKS};
 
 /// Periods of a window over which amplitudes are averaged.
 const WINDOW: f64 = 16.0;
@@ -83,7 +83,7 @@ pub enum CycleOutcome {
 
 impl CycleOutcome {
     /// Verdict on a motion that goes on: `stays` is true if it has stopped changing.
-    fn of(stays: bool, returns: &Returns) -> Self {
+    fn of(stays: bool, returns: &SectionReturns) -> Self {
         match (stays, returns.crossings > 0) {
             (true, true) => Self::Cycle,
             (true, false) => Self::Irregular,
@@ -98,7 +98,7 @@ pub struct FollowedMotion {
     /// Outcome of the motion.
     pub fate: CycleOutcome,
     /// How it repeats itself, and what it is made of; none of what rests.
-    pub motion: Option<(Returns, Record)>,
+    pub motion: Option<(SectionReturns, Record)>,
     /// Rate at which small deviations of the amplitude go back, 1/s; NaN where it was not found.
     pub back: f64,
     /// Simulated time, s.
@@ -115,13 +115,13 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &CycleSettings)
     let section = PoincareSection::default();
     let mut walk = Walk { stepper, rest, settings, omega, along, step: settings.step, first, section };
     let mut trail = walk.trail();
-    let mut alone: Option<Alone> = None;
+    let mut alone: Option<FreeRecord> = None;
     let mut back = f64::NAN;
     // Neither amplitude nor beat has changed of late.
     let mut stays = false;
     walk.aim()?;
     while walk.time() < settings.longest && !stays {
-        let Some(seen) = walk.look(alone.as_ref().map_or(0, Alone::looks))? else {
+        let Some(seen) = walk.look(alone.as_ref().map_or(0, FreeRecord::looks))? else {
             // The motion has become another one.
             (trail, alone) = (walk.trail(), None);
             walk.aim()?;
@@ -142,7 +142,7 @@ pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &CycleSettings)
                 NextAmplitude::Scale(factor) => walk.scale(factor)?,
                 NextAmplitude::Wait => {}
                 NextAmplitude::Near(rate) => {
-                    (alone, back) = (Some(Alone::default()), rate);
+                    (alone, back) = (Some(FreeRecord::default()), rate);
                     walk.section = PoincareSection::default();
                 }
             }

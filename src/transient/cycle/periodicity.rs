@@ -19,7 +19,7 @@ const MEASURED: f64 = 16.0;
 /// How the motion comes back to a section through the space of states (Poincaré's): where its velocity along its own
 /// direction becomes positive.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Returns {
+pub struct SectionReturns {
     /// Period, s; the mean time between crossings where no period is found.
     pub period: f64,
     /// Crossings of the section in a period; 0 where the motion does not repeat itself within 8.
@@ -56,7 +56,7 @@ pub struct Record {
 
 impl Walk<'_, '_, '_> {
     /// Follows the motion through the section, and compares its states with those of the last looks.
-    pub(super) fn returns(&mut self) -> Result<Returns> {
+    pub(super) fn returns(&mut self) -> Result<SectionReturns> {
         let longest = self.settings.crossing_limit();
         let mut steps = 0;
         self.section.begin_burst();
@@ -66,7 +66,7 @@ impl Walk<'_, '_, '_> {
         }
         let found = self.section.end_burst().crossings;
         let (Some(first), Some(last), true) = (found.first(), found.last(), found.len() > LONGEST) else {
-            return Ok(Returns { period: f64::NAN, crossings: 0, apart: f64::INFINITY });
+            return Ok(SectionReturns { period: f64::NAN, crossings: 0, apart: f64::INFINITY });
         };
         let count = found.len();
         let apart = self.section.distances();
@@ -76,11 +76,11 @@ impl Walk<'_, '_, '_> {
                 let p = k + 1;
                 let whole = (count - 1) / p;
                 let period = (found[p * whole].time - first.time) / whole as f64;
-                Returns { period, crossings: p, apart: apart[k] }
+                SectionReturns { period, crossings: p, apart: apart[k] }
             }
             None => {
                 let period = (last.time - first.time) / (count - 1) as f64;
-                Returns { period, crossings: 0, apart: apart.into_iter().fold(f64::INFINITY, f64::min) }
+                SectionReturns { period, crossings: 0, apart: apart.into_iter().fold(f64::INFINITY, f64::min) }
             }
         })
     }

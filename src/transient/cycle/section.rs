@@ -145,8 +145,8 @@ fn distance(a: &[f64], b: &[f64]) -> f64 {
 mod tests {
     use super::super::amplitude_continuation::GrowthSample;
     use super::super::periodicity::{hann, PERIODIC};
-    use super::super::settling::{Alone, SettlingState};
-    use super::super::{CycleOutcome, Returns};
+    use super::super::settling::{FreeRecord, SettlingState};
+    use super::super::{CycleOutcome, SectionReturns};
     use super::*;
     use std::f64::consts::PI;
 
@@ -155,7 +155,7 @@ mod tests {
 
     /// Verdict on an oscillation of the period 1 whose amplitude over time is `amplitude`, and the looks that it took.
     fn verdict(mut amplitude: impl FnMut(f64) -> f64) -> (CycleOutcome, usize) {
-        let (mut section, mut alone, mut step) = (PoincareSection::default(), Alone::default(), 0);
+        let (mut section, mut alone, mut step) = (PoincareSection::default(), FreeRecord::default(), 0);
         let h = 1.0 / STEPS as f64;
         let mut at = |step: usize| {
             let (a, phase) = (amplitude(step as f64 * h), 2.0 * PI * (step as f64 * h - 0.25));
@@ -191,7 +191,7 @@ mod tests {
                 SettlingState::Settled => repeats || alone.keeps_its_spread(),
             };
             if stays {
-                let returns = Returns { period: 1.0, crossings: usize::from(repeats), apart: section.spread() };
+                let returns = SectionReturns { period: 1.0, crossings: usize::from(repeats), apart: section.spread() };
                 return (CycleOutcome::of(true, &returns), look);
             }
         }

@@ -35,12 +35,12 @@ pub(super) enum SettlingState {
 
 /// Amplitudes and spreads since it was left to itself.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Alone {
+pub(super) struct FreeRecord {
     levels: Vec<f64>,
     spreads: Vec<f64>,
 }
 
-impl Alone {
+impl FreeRecord {
     /// Takes what was seen, and the spread of the states over the last batch; `settled` is the wanted relative error of
     /// the amplitude.
     pub(super) fn next(&mut self, seen: GrowthSample, spread: f64, settled: f64) -> SettlingState {
@@ -136,7 +136,7 @@ mod tests {
     use super::*;
 
     fn end(level: impl Fn(f64) -> f64, spread: impl Fn(f64) -> f64) -> (SettlingState, usize) {
-        let mut alone = Alone::default();
+        let mut alone = FreeRecord::default();
         let seen = |level: f64| GrowthSample { level, rate: 0.0, linear: false };
         let mut looks = (0..100).map(|k| (alone.next(seen(level(f64::from(k))), spread(f64::from(k)), 1e-3), k));
         let found = looks.find(|(known, _)| *known != SettlingState::Nothing);
@@ -160,7 +160,7 @@ mod tests {
     #[test]
     fn a_beat_that_grows_is_not_sustained() {
         let beat = |k: f64| 0.01 * 1.04f64.powf(k);
-        let mut alone = Alone::default();
+        let mut alone = FreeRecord::default();
         for k in (0..60).map(f64::from) {
             let seen = GrowthSample { level: beat(k) * (1.3 * k).sin(), rate: 0.0, linear: false };
             let known = alone.next(seen, 2.0 * beat(k), 1e-3);

@@ -3,7 +3,7 @@
 use pulp::{Arch, Simd, WithSimd};
 
 use super::krylov::conjugate_gradients;
-use super::seen::{those, NaturalMap};
+use super::natural_map::{those, NaturalMap};
 use crate::dense::{add_columns, add_transposed, dot, wide_dot};
 use crate::transient::aligned::AlignedVec;
 use crate::transient::delassus::DelassusOperator;

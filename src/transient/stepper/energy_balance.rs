@@ -83,7 +83,7 @@ impl Stepper<'_> {
 
     /// The state is that of a start after [`Self::settle`], as a stopped run has kept it: the balance of energy is
     /// counted from the end of the first step.
-    pub fn after_settling(mut self) -> Self {
+    pub(crate) fn after_settling(mut self) -> Self {
         self.settled = true;
         self
     }

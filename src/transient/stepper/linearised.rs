@@ -94,7 +94,7 @@ impl NearCompliance {
 
 impl StateChanges {
     /// Changes `motion`, `[m, c]`, of the coordinates behind the contact of the driven `stepper` alone.
-    pub fn of_motion(stepper: &Stepper<'_>, motion: Mat<f64>) -> Self {
+    pub(crate) fn of_motion(stepper: &Stepper<'_>, motion: Mat<f64>) -> Self {
         let (state, columns) = (&stepper.state, motion.ncols());
         Self {
             modes: [Mat::zeros(0, columns), Mat::zeros(0, columns)],
@@ -122,7 +122,7 @@ impl StateChanges {
 
     /// Parts of the contact in these changes of `stepper`, beside the changes of the modes alone
     /// ([`of_modes`](Self::of_modes)): a singular value decomposition, each quantity relative to its largest change.
-    pub fn kept_by_the_contact(&self, stepper: &Stepper<'_>) -> Result<KeptChanges> {
+    pub(crate) fn kept_by_the_contact(&self, stepper: &Stepper<'_>) -> Result<KeptChanges> {
         let seen = &self.seen - stepper.shapes.contact_motion(&self.modes[0]);
         let quantities = [&self.reaction, &seen, &self.motions, &self.friction];
         let columns = self.seen.ncols();
@@ -189,7 +189,7 @@ impl Stepper<'_> {
     /// One step of a stepper on modes, with the small `changes` of its state. Errors as of
     /// [`advance_with`](Self::advance_with), and where nodes strike each other or the motion behind the contact is not
     /// that of modes.
-    pub fn advance_modes_with(&mut self, changes: &mut StateChanges) -> Result<()> {
+    pub(crate) fn advance_modes_with(&mut self, changes: &mut StateChanges) -> Result<()> {
         self.advance_changed(Some((changes, None)))
     }
 

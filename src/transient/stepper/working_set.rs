@@ -32,7 +32,7 @@ pub(super) struct WorkingSet {
     /// Foot of each core node with its line of the grid.
     pub(super) feet: Vec<(usize, DeparturePoint)>,
     /// The same by what it takes.
-    pub(super) ways: Vec<Way>,
+    pub(super) ways: Vec<InterpolationStencil>,
     /// Position of each core node, m, and its rigid creep beside that of the creepages, m/s.
     pub(super) at: Vec<([f64; 2], [f64; 2])>,
     /// Displacements at the present time, m, `[rows]`.
@@ -40,7 +40,7 @@ pub(super) struct WorkingSet {
 }
 
 /// Interpolation stencil of a departure point; nodes by their places in the working set.
-pub(super) enum Way {
+pub(super) enum InterpolationStencil {
     Node(usize),
     /// Between the first two nodes of a line: in a straight line.
     First([usize; 2], [f64; 2]),
@@ -104,7 +104,7 @@ impl Stepper<'_> {
     pub(super) fn foot_value(&self, a: usize) -> [f64; 2] {
         let ws = &self.working;
         let u = |place: usize| [ws.u[3 * place], ws.u[3 * place + 1]];
-        if let Way::Node(place) = ws.ways[a] {
+        if let InterpolationStencil::Node(place) = ws.ways[a] {
             return u(place);
         }
         let (near, part) = self.foot_stencil(a);
@@ -117,9 +117,11 @@ impl Stepper<'_> {
     pub(super) fn foot_stencil(&self, a: usize) -> ([usize; 3], [f64; 3]) {
         let ws = &self.working;
         let (near, inside) = match ws.ways[a] {
-            Way::Node(place) => return ([place; 3], [1.0, 0.0, 0.0]),
-            Way::First([after, before], part) => return ([after, before, before], [part[0], part[1], 0.0]),
-            Way::Between(near, inside) => (near, inside),
+            InterpolationStencil::Node(place) => return ([place; 3], [1.0, 0.0, 0.0]),
+            InterpolationStencil::First([after, before], part) => {
+                return ([after, before, before], [part[0], part[1], 0.0])
+            }
+            InterpolationStencil::Between(near, inside) => (near, inside),
         };
         // Where the contact is closed at the nodes beside the foot and upstream of it; as in the steady analysis.
         let closed = near.map(|place| self.is_closed(ws.nodes[place]));
@@ -162,7 +164,7 @@ impl Stepper<'_> {
     /// places and the derivatives; none where it does not.
     pub(super) fn foot_by_gap(&self, a: usize) -> Option<[(usize, [f64; 2]); 2]> {
         let ws = &self.working;
-        let Way::Between(near, _) = ws.ways[a] else { return None };
+        let InterpolationStencil::Between(near, _) = ws.ways[a] else { return None };
         let closed = near.map(|place| self.is_closed(ws.nodes[place]));
         if closed != [true, false, false] {
             return None;
@@ -346,14 +348,14 @@ impl Stepper<'_> {
             let at = |jx: usize| place[line + jx];
             let x = &s.place(line).0.x;
             match foot {
-                DeparturePoint::Node(jx) => Way::Node(at(jx)),
+                DeparturePoint::Node(jx) => InterpolationStencil::Node(at(jx)),
                 DeparturePoint::Between { left: 0, travel } => {
                     let [after, before, _] = UpwindReconstruction::Line.value(travel, [x[1] - x[0]; 2]);
-                    Way::First([at(1), at(0)], [after, before])
+                    InterpolationStencil::First([at(1), at(0)], [after, before])
                 }
                 DeparturePoint::Between { left, travel } => {
                     let near = [at(left + 1), at(left), at(left - 1)];
-                    Way::Between(near, UpwindReconstruction::Parabola.value(travel, upstream(x, left)))
+                    InterpolationStencil::Between(near, UpwindReconstruction::Parabola.value(travel, upstream(x, left)))
                 }
             }
         };

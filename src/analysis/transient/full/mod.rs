@@ -7,9 +7,9 @@
 mod root_driver;
 mod start;
 
-use super::points::Located;
+use super::points::LocatedPoints;
 use super::sound::Sound;
-use super::time_loop::{Done, TimeLoop};
+use super::time_loop::{LoopReport, TimeLoop};
 use super::Inputs;
 use crate::analysis::run::Run;
 use crate::analysis::steps::Requirements;
@@ -85,7 +85,7 @@ pub(super) fn refuse_without_shapes(inputs: &Inputs<'_>) -> Result<()> {
 }
 
 /// Collective: the points of the job, whose motion is known as that of nodes.
-pub(super) fn points(located: &mut Located, rows: usize) {
+pub(super) fn points(located: &mut LocatedPoints, rows: usize) {
     let count = 3 * located.points.names.len();
     let mut modes = vec![0.0; (rows + count) * count];
     (0..count).for_each(|c| modes[(rows + c) * count + c] = 1.0);
@@ -97,10 +97,10 @@ pub(super) fn points(located: &mut Located, rows: usize) {
 pub(super) fn run(
     run: &mut Run,
     inputs: &Inputs<'_>,
-    (located, points): (&Located, &Points),
+    (located, points): (&LocatedPoints, &Points),
     sound: Option<&Sound<'_>>,
     keep: Vec<Table>,
-) -> Result<Option<Done>> {
+) -> Result<Option<LoopReport>> {
     let (world, wanted) = (run.world(), inputs.wanted);
     run.progress.stage("factorisation of the steps");
     let mut halves: Vec<RootHalf> = Vec::new();
@@ -166,7 +166,7 @@ pub(super) fn run(
         return world.agree(Ok(None));
     };
     let leader = Rc::new(RefCell::new(RootDriver::new(pair, influence, wanted.theta * wanted.step, energies)));
-    let go = || -> Result<Done> {
+    let go = || -> Result<LoopReport> {
         let (rows, m) = (3 * interface.len(), q.len());
         let residual = Mat::<f64>::zeros(rows, rows);
         let picks = Mat::from_fn(rows, m, |i, k| if i == k { 1.0 } else { 0.0 });

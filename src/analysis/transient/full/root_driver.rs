@@ -42,13 +42,13 @@ pub(super) struct RootHalf<'a> {
 }
 
 /// A node whose motion is written: the place of its body, and the node on the rank that owns it.
-pub(super) type Watched = (usize, Option<usize>);
+pub(super) type WatchedNode = (usize, Option<usize>);
 
 /// The two bodies, the lower one first.
 pub(super) struct BodyPair<'a> {
     pub(super) world: &'a World,
     pub(super) halves: Vec<RootHalf<'a>>,
-    pub(super) watched: Vec<Watched>,
+    pub(super) watched: Vec<WatchedNode>,
     pub(super) stop: &'a Stop,
 }
 
@@ -99,7 +99,7 @@ impl BodyPair<'_> {
     fn push(&mut self, reaction: &[f64]) -> Result<Energies> {
         let mut sum = Energies::default();
         for half in &mut self.halves {
-            let e = half.moving.push(&half.side.turned(reaction))?;
+            let e = half.moving.push(&half.side.orient(reaction))?;
             sum.kinetic += e.kinetic;
             sum.elastic += e.elastic;
             sum.damped += e.damped;

@@ -3,7 +3,7 @@
 use super::super::Inputs;
 use super::root_driver::{RootDriver, RootHalf};
 use crate::analysis::complex_modes::recovered;
-use crate::analysis::full_stability::Beside;
+use crate::analysis::full_stability::FullComparison;
 use crate::body::Side;
 use crate::case::transient_problem::scale;
 use crate::output::datasets::checkpoint::Checkpoint;
@@ -39,7 +39,7 @@ pub(super) fn fresh(world: &World, inputs: &Inputs<'_>, rest: Option<&State>) ->
     let (bodies, start) = (inputs.bodies, &inputs.wanted.start);
     let mut motion = Vec::new();
     for place in &bodies.places {
-        let forces = rest.map_or(Vec::new(), |rest| place.side.turned(&rest.reaction));
+        let forces = rest.map_or(Vec::new(), |rest| place.side.orient(&rest.reaction));
         let u = bodies.fields(place.body)?.statics(&forces, 1)?;
         let v = vec![0.0; u.len()];
         motion.push((u, v));
@@ -70,7 +70,12 @@ pub(super) fn fresh(world: &World, inputs: &Inputs<'_>, rest: Option<&State>) ->
 
 /// Collective: moves the bodies by a complex mode of their own. Its amplitude is that of the reduced one beside it:
 /// what the modes have of it at the contact.
-fn along(world: &World, inputs: &Inputs<'_>, beside: &Beside, motion: &mut [(Vec<f64>, Vec<f64>)]) -> Result<()> {
+fn along(
+    world: &World,
+    inputs: &Inputs<'_>,
+    beside: &FullComparison,
+    motion: &mut [(Vec<f64>, Vec<f64>)],
+) -> Result<()> {
     let found =
         world.on_root(|| Ok(scale(&inputs.model.root()?.pair, &beside.amplitudes, inputs.wanted.start.amplitude)))?;
     let scale = world.broadcast(vec![found.unwrap_or_default()])[0];
@@ -103,7 +108,7 @@ fn along_mode(world: &World, inputs: &Inputs<'_>, motion: &mut [(Vec<f64>, Vec<f
         let count = inputs.bodies.shapes_of(place.body)?.vectors.len();
         let turned = |of: fn(&C) -> f64| -> Vec<f64> {
             let part: Vec<f64> = forces.iter().map(|f| of(&(scale * f))).collect();
-            place.side.turned(&part)
+            place.side.orient(&part)
         };
         let parts = [turned(|f| f.re), turned(|f| f.im)];
         let moved = recovered(world, inputs.bodies, place.body, &modal[first..first + count], &parts)?;

@@ -1,7 +1,7 @@
 //! Interpolation of the forces of the contact over λ, along the frequencies of the modes: Chebyshev polynomials of ln
 //! λ.
 
-use super::{Condensed, C};
+use super::{CondensedContact, C};
 use faer::Mat;
 
 /// Degrees that are tried, one after the other; the points of each are among those of the next.
@@ -16,7 +16,7 @@ const DIGITS: f64 = 10.0;
 const BEYOND: f64 = 1.1;
 
 /// The forces K on y, per y, as functions of λ.
-pub(super) struct Interpolated {
+pub(super) struct ChebyshevStiffness {
     degree: usize,
     middle: f64,
     half: f64,
@@ -26,16 +26,16 @@ pub(super) struct Interpolated {
     kept: usize,
 }
 
-impl Interpolated {
+impl ChebyshevStiffness {
     /// Between these angular frequencies; none where the polynomials do not settle.
-    pub fn new(contact: &Condensed, range: [f64; 2]) -> Option<Self> {
+    pub fn new(contact: &CondensedContact, range: [f64; 2]) -> Option<Self> {
         Self::to_precision(contact, range, LEFT)
     }
 
     /// The same with a part `left` of the largest coefficient that the last ones may have.
-    pub fn to_precision(contact: &Condensed, [low, high]: [f64; 2], left: f64) -> Option<Self> {
+    pub fn to_precision(contact: &CondensedContact, [low, high]: [f64; 2], left: f64) -> Option<Self> {
         let (middle, half) = (0.5 * (low.ln() + high.ln()), 0.5 * (high / low).ln());
-        let r = contact.seen;
+        let r = contact.rank;
         let mut known: Vec<Mat<C>> = Vec::new();
         for degree in DEGREES {
             let node = |k: usize| {
@@ -73,7 +73,7 @@ impl Interpolated {
         ((lambda / C::i()).ln() - self.middle) / self.half
     }
 
-    /// Returns whether λ lies where the polynomials hold; how well they do is seen of the eigenpair.
+    /// Returns whether λ lies where the polynomials hold; how well they do is judged by the eigenpair.
     pub fn covers(&self, lambda: C) -> bool {
         self.place(lambda).re.abs() <= BEYOND
     }

@@ -1,13 +1,13 @@
 //! Compliance and motions of a part of the modes.
 
-use super::{Group, Part, Poles, Reading, Single, COUPLED, FEW, ROUNDING, SHARED};
+use super::{CoupledModes, ModePoles, ModeSet, Reading, SingleMode, COUPLED, FEW, ROUNDING, SHARED};
 use crate::body::ModalMatrix;
 use crate::model::CoupledModel;
-use crate::stability::secular::terms::Terms;
-use crate::stability::secular::C;
+use crate::stability::nonlinear_eigen::pole_sums::PoleSums;
+use crate::stability::nonlinear_eigen::C;
 use faer::{Mat, MatRef};
 
-impl Part {
+impl ModeSet {
     /// The modes from `first` to before `end`, whose amplitudes of the functions are in `basis`, `[functions, modes
     /// of both]`.
     pub(super) fn new(
@@ -20,7 +20,7 @@ impl Part {
         let (mut singles, mut groups) = (Vec::new(), Vec::new());
         for modes in coupled(bodies, first, end) {
             if modes.len() > 1 {
-                groups.push(Group::new(bodies, modes, basis)?);
+                groups.push(CoupledModes::new(bodies, modes, basis)?);
                 continue;
             }
             let mode = modes[0];
@@ -28,14 +28,19 @@ impl Part {
             if !(stiffness > 0.0) {
                 return None;
             }
-            singles.push(Single { mode, stiffness, damping, seen: (0..functions).map(|i| basis[(i, mode)]).collect() });
+            singles.push(SingleMode {
+                mode,
+                stiffness,
+                damping,
+                amplitudes: (0..functions).map(|i| basis[(i, mode)]).collect(),
+            });
         }
         let of = |real: bool| {
-            let all = groups.iter().flat_map(|g: &Group| g.own.terms.iter());
+            let all = groups.iter().flat_map(|g: &CoupledModes| g.own.terms.iter());
             all.filter(move |p| (p.im == 0.0) == real).copied().collect::<Vec<C>>()
         };
         let (real, pairs) = (of(true), of(false));
-        let terms = Terms {
+        let terms = PoleSums {
             singles: [singles.iter().map(|s| s.stiffness).collect(), singles.iter().map(|s| s.damping).collect()],
             real: real.iter().map(|p| p.re).collect(),
             pairs: [pairs.iter().map(|p| p.re).collect(), pairs.iter().map(|p| p.im).collect()],
@@ -43,7 +48,7 @@ impl Part {
         let pairs_of = lower_half(functions);
         let symmetric = Mat::from_fn(pairs_of.len(), singles.len(), |k, t| {
             let [i, j] = pairs_of[k];
-            singles[t].seen[i] * singles[t].seen[j]
+            singles[t].amplitudes[i] * singles[t].amplitudes[j]
         });
         let mut residues = Mat::<f64>::zeros(functions * functions, terms.columns() - singles.len());
         let (mut real, mut pairs) = (0, 0);
@@ -104,7 +109,7 @@ impl Part {
     }
 
     pub(super) fn poles(&self) -> Vec<C> {
-        let single = |s: &Single| {
+        let single = |s: &SingleMode| {
             let half = 0.5 * s.damping;
             let root = C::from(half * half - s.stiffness).sqrt();
             [root - half, -root - half]
@@ -114,11 +119,11 @@ impl Part {
     }
 }
 
-impl Group {
+impl CoupledModes {
     pub(super) fn new(bodies: &CoupledModel, modes: Vec<usize>, basis: MatRef<'_, f64>) -> Option<Self> {
         let s = modes.len();
         let block = |of: &ModalMatrix| Mat::from_fn(s, s, |i, j| of.get(modes[i], modes[j]));
-        let own = Poles::of(block(&bodies.stiffness), block(&bodies.damping))?;
+        let own = ModePoles::of(block(&bodies.stiffness), block(&bodies.damping))?;
         let driven = &own.onto * Mat::from_fn(s, basis.nrows(), |i, j| C::from(basis[(j, modes[i])]));
         Some(Self { modes, own, driven })
     }

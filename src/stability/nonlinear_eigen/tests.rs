@@ -1,3 +1,5 @@
+use super::backward_errors::{BackwardErrors, Vectors};
+use super::eigenvectors::Lifted;
 use super::*;
 use crate::body::half_space::HalfSpace;
 use crate::body::ReducedBody;
@@ -6,6 +8,7 @@ use crate::friction::{Exponential, FrictionLaw};
 use crate::grid::Interface;
 use crate::model::combined_compliance;
 use crate::stability::reduced::{self, assemble};
+use faer::Mat;
 
 const MODES: [usize; 2] = [50, 30];
 
@@ -140,9 +143,9 @@ fn functions_are_shared_where_bodies_have_the_same() {
     });
     for (pair, blocks) in [(&alike, vec![[0, 6]]), (&apart, vec![[0, 4], [4, 2]])] {
         for (number, contact) in cases(&s, pair).iter().enumerate() {
-            LAST.set(Last::default());
-            let secular = Secular::new(pair, contact, 0.3).unwrap().unwrap();
-            assert_eq!(secular.modes.blocks(), blocks);
+            LAST.set(LastState::default());
+            let problem = NonlinearEigenproblem::new(pair, contact, 0.3).unwrap().unwrap();
+            assert_eq!(problem.modes.blocks(), blocks);
             let all = reduced::eigenpairs(pair, contact, 1e-8).unwrap();
             let found = eigenpairs(pair, contact, 0.3, 1e-10).unwrap().unwrap_or_else(|| panic!("case {number}: none"));
             let listed = |of: &[Eigenpair]| of.iter().filter(|p| inside(p.value, 0.3)).cloned().collect::<Vec<_>>();
@@ -163,7 +166,7 @@ fn eigenvalues_come_without_motions() {
     let pair = bodies(&s);
     for contact in cases(&s, &pair) {
         let with = eigenpairs(&pair, &contact, 0.3, 1e-10).unwrap().unwrap();
-        LAST.set(Last::default());
+        LAST.set(LastState::default());
         let without = eigenvalues(&pair, &contact, 0.3, 1e-10).unwrap().unwrap();
         let upper: Vec<&Eigenpair> = with.iter().filter(|p| p.value.im > 0.0).collect();
         assert!(without.len() == upper.len() && upper.len() > 70);
@@ -183,10 +186,10 @@ fn errors_are_those_of_the_pencil() {
     let s = interface();
     let pair = bodies(&s);
     for contact in cases(&s, &pair) {
-        let secular = Secular::new(&pair, &contact, 0.3).unwrap().unwrap();
-        let roots = secular.roots().unwrap();
+        let problem = NonlinearEigenproblem::new(&pair, &contact, 0.3).unwrap().unwrap();
+        let roots = problem.roots().unwrap();
         let pencil = assemble(&pair, &contact, None).unwrap();
-        let scaled = Scaled::new(&secular.modes, &secular.contact.rows);
+        let scaled = BackwardErrors::new(&problem.modes, &problem.contact.rows);
         let norms = [pencil.a.norm_l2(), pencil.e.norm_l2()];
         let same = [(scaled.rate, pencil.scales.rate), (scaled.force, pencil.scales.force)];
         for (a, b) in same.into_iter().chain(scaled.norms().into_iter().zip(norms)) {
@@ -194,11 +197,11 @@ fn errors_are_those_of_the_pencil() {
         }
         for off in [1e-7, 1e-4] {
             let beside: Vec<C> = roots.iter().map(|v| v * C::new(1.0 + off, off)).collect();
-            let (forces, seen) = secular.forces(&beside);
-            let Lifted { modal, own, squares, errors } = secular.lifted(&pair, &scaled, &beside, &forces);
-            let least = secular.modes.least(&beside, &forces);
-            let x = Vectors { values: &beside, seen: &seen, own: &own, squares: &least };
-            let bounds = scaled.errors(&secular.contact.rows, &x, &forces);
+            let (forces, motions) = problem.forces(&beside);
+            let Lifted { modal, own, squares, errors } = problem.lifted(&pair, &scaled, &beside, &forces);
+            let least = problem.modes.least(&beside, &forces);
+            let x = Vectors { values: &beside, motions: &motions, own: &own, squares: &least };
+            let bounds = scaled.errors(&problem.contact.rows, &x, &forces);
             for l in 0..beside.len() {
                 let of = |m: &Mat<C>| m.col_as_slice(l).to_vec();
                 let value = beside[l];
@@ -223,21 +226,21 @@ fn modes_are_kept_for_the_same_bodies() {
     let s = interface();
     let pair = bodies(&s);
     let (all, some): (Vec<usize>, Vec<usize>) = ((0..3 * s.len()).collect(), (60..90).collect());
-    let (first, _) = SecularModes::build(&pair, &all, 1.9).unwrap();
-    let (again, shapes) = SecularModes::build(&pair, &some, 1.9).unwrap();
+    let (first, _) = ModalCompliance::build(&pair, &all, 1.9).unwrap();
+    let (again, shapes) = ModalCompliance::build(&pair, &some, 1.9).unwrap();
     assert!(Rc::ptr_eq(&first, &again));
-    let asked = pair.modes.as_ref() * again.seen_by().transpose();
-    for (row, j) in (0..3 * s.len()).flat_map(|row| (0..again.seen).map(move |j| (row, j))) {
+    let asked = pair.modes.as_ref() * again.contact_basis().transpose();
+    for (row, j) in (0..3 * s.len()).flat_map(|row| (0..again.rank).map(move |j| (row, j))) {
         let want = if some.contains(&row) { asked[(row, j)] } else { 0.0 };
         assert!((shapes[(row, j)] - want).abs() < 1e-14);
     }
     // A row that moves as none did.
     let mut other = pair.clone();
     other.modes[(70, 3)] += 0.01;
-    assert!(!Rc::ptr_eq(&first, &SecularModes::build(&other, &some, 1.9).unwrap().0));
+    assert!(!Rc::ptr_eq(&first, &ModalCompliance::build(&other, &some, 1.9).unwrap().0));
     let mut damped = pair.clone();
     damped.damping = damped.damping.with_diagonal(&[0.1; MODES[0] + MODES[1]]);
-    assert!(!Rc::ptr_eq(&first, &SecularModes::build(&damped, &some, 1.9).unwrap().0));
+    assert!(!Rc::ptr_eq(&first, &ModalCompliance::build(&damped, &some, 1.9).unwrap().0));
 }
 
 /// The count detects a missing eigenvalue: where an unlisted one stands in the place of a listed one, each is single.
@@ -246,24 +249,24 @@ fn one_that_is_missing_is_noticed() {
     let s = interface();
     let pair = bodies(&s);
     for contact in cases(&s, &pair) {
-        let secular = Secular::new(&pair, &contact, 0.3).unwrap().unwrap();
-        let roots = secular.roots().unwrap();
-        assert_eq!(secular.missing(&roots), Some(0));
+        let problem = NonlinearEigenproblem::new(&pair, &contact, 0.3).unwrap().unwrap();
+        let roots = problem.roots().unwrap();
+        assert_eq!(problem.missing(&roots), Some(0));
         let all = reduced::eigenpairs(&pair, &contact, 1e-8).unwrap();
         let damped = |p: &&Eigenpair| p.value.im > 0.2 * p.value.norm() && !inside(p.value, 0.4);
         let other = all.iter().find(damped).map_or(C::new(-9e3, 9e3), |p| p.value);
         for place in [0, 7, roots.len() - 1] {
             let mut wrong = roots.clone();
             wrong[place] = other;
-            let missing = 2 * i64::from(secular.aside(roots[place]) <= 0.0);
-            assert_eq!(secular.missing(&wrong), Some(missing), "without {}", roots[place]);
+            let missing = 2 * i64::from(problem.aside(roots[place]) <= 0.0);
+            assert_eq!(problem.missing(&wrong), Some(missing), "without {}", roots[place]);
         }
         // They are found again, with others in their places.
         let some: Vec<C> = roots.iter().copied().skip(3).chain([other]).collect();
-        assert_eq!(secular.missing(&some), Some(6));
-        LAST.set(Last { poles: secular.modes.poles.clone(), roots: some, ..Last::default() });
-        let again = secular.roots().unwrap();
-        for root in roots.iter().filter(|v| secular.aside(**v) <= 0.0) {
+        assert_eq!(problem.missing(&some), Some(6));
+        LAST.set(LastState { poles: problem.modes.poles.clone(), roots: some, ..LastState::default() });
+        let again = problem.roots().unwrap();
+        for root in roots.iter().filter(|v| problem.aside(**v) <= 0.0) {
             assert!(again.iter().any(|v| (v - root).norm() < 1e-10 * root.norm()), "{root} is missing");
         }
     }
@@ -277,25 +280,25 @@ fn roots_go_on_from_state_to_state() {
     let pair = bodies(&s);
     let problem = |friction: f64| {
         let contact = contact(&s, &pair, FrictionLaw::Constant(friction), 0.01);
-        Secular::new(&pair, &contact, 0.3).unwrap().unwrap()
+        NonlinearEigenproblem::new(&pair, &contact, 0.3).unwrap().unwrap()
     };
     let mut ahead = 0;
     for friction in [0.3, 0.31, 0.32, 0.33, 0.31, 0.3, 0.36] {
-        let secular = problem(friction);
-        let last = LAST.with_borrow(Last::clone);
-        let starts = last.foreseen(&secular.compared());
-        let found = secular.roots().unwrap();
-        LAST.set(Last::default());
-        let anew = secular.roots().unwrap();
+        let problem = problem(friction);
+        let last = LAST.with_borrow(LastState::clone);
+        let starts = last.predicted(&problem.compared());
+        let found = problem.roots().unwrap();
+        LAST.set(LastState::default());
+        let anew = problem.roots().unwrap();
         LAST.set(last.clone());
-        assert_eq!(secular.roots().unwrap().len(), found.len());
-        for root in anew.iter().filter(|v| secular.aside(**v) <= 0.0) {
+        assert_eq!(problem.roots().unwrap().len(), found.len());
+        for root in anew.iter().filter(|v| problem.aside(**v) <= 0.0) {
             let near = |of: &[C]| of.iter().map(|v| (v - root).norm()).fold(f64::INFINITY, f64::min);
             assert!(near(&found) < 1e-10 * root.norm(), "{friction}: {root} is {} off", near(&found));
             ahead += usize::from(!starts.is_empty() && near(&starts) < 0.2 * near(&last.roots));
         }
     }
-    assert!(ahead > 100, "{ahead} were foreseen");
+    assert!(ahead > 100, "{ahead} were predicted");
 }
 
 /// Bodies that are a little different, and what the dense pencil has found: the roots that go on from these are those
@@ -307,26 +310,26 @@ fn roots_go_on_to_other_bodies() {
     let mut damped = pair.clone();
     damped.damping = damped.damping.with_diagonal(&[0.1; MODES[0] + MODES[1]]);
     let contact = contact(&s, &pair, FrictionLaw::Constant(0.3), 0.01);
-    let secular = |pair: &CoupledModel| Secular::new(pair, &contact, 0.3).unwrap().unwrap();
+    let problem = |pair: &CoupledModel| NonlinearEigenproblem::new(pair, &contact, 0.3).unwrap().unwrap();
     let anew = |pair: &CoupledModel| {
-        LAST.set(Last::default());
-        secular(pair).roots().unwrap()
+        LAST.set(LastState::default());
+        problem(pair).roots().unwrap()
     };
     let (first, want) = (anew(&pair), anew(&damped));
     let near = |of: &[C], root: &C| of.iter().map(|v| (v - root).norm()).fold(f64::INFINITY, f64::min);
-    let inside = |of: &Secular, v: &&C| of.aside(**v) <= 0.0;
-    let same = |other: &Secular, found: &[C]| {
+    let inside = |of: &NonlinearEigenproblem, v: &&C| of.aside(**v) <= 0.0;
+    let same = |other: &NonlinearEigenproblem, found: &[C]| {
         for root in want.iter().filter(|v| inside(other, v)) {
             assert!(near(found, root) < 1e-10 * root.norm(), "{root} is {} off", near(found, root));
         }
     };
     // From those of the other bodies.
-    LAST.set(Last { poles: secular(&pair).modes.poles.clone(), roots: first, ..Last::default() });
-    let other = secular(&damped);
+    LAST.set(LastState { poles: problem(&pair).modes.poles.clone(), roots: first, ..LastState::default() });
+    let other = problem(&damped);
     LAST.with_borrow(|last| assert!(last.is_near(&other.modes.poles) && last.poles != other.modes.poles));
     same(&other, &other.roots().unwrap());
     // From the dense pencil.
-    LAST.set(Last::default());
+    LAST.set(LastState::default());
     begin_at(reduced::eigenpairs(&damped, &contact, 1e-8).unwrap().iter().map(|p| p.value));
     let starts = LAST.with_borrow(|last| last.roots.clone());
     assert!(want.iter().filter(|v| inside(&other, v)).all(|v| near(&starts, v) < 1e-9 * v.norm()));
@@ -353,8 +356,8 @@ fn continuation(
     contact: &LinearContact,
     known: &KnownSpectrum,
     counted: bool,
-) -> Option<ContinuedSpectrum> {
-    continued(bodies, contact, known, [0.3, 1e-10], &|_| counted).unwrap()
+) -> Option<TrackedSpectrum> {
+    track(bodies, contact, known, [0.3, 1e-10], &|_| counted).unwrap()
 }
 
 /// Eigenvalues that are continued from another friction, creepage and damping, many or a few of them, are those of the

@@ -3,17 +3,17 @@
 //! with the model that it was begun with.
 
 use crate::analysis::reduction::Reduction;
-use crate::body::align::{turn, turned};
+use crate::body::align::{alignment, apply_alignment};
 use crate::body::fe::BodyModes;
 use crate::case::bodies::BuiltBodies;
 use crate::job::Job;
-use crate::output::datasets::reduced::{load, Reused};
+use crate::output::datasets::reduced::{load, ReusedModel};
 use crate::output::Segments;
 use crate::parallel::World;
 use crate::{Error, Result};
 
 /// On rank 0: the model that the run was begun with.
-pub fn read(segments: &Segments, job: &Job) -> Result<Reused> {
+pub fn read(segments: &Segments, job: &Job) -> Result<ReusedModel> {
     load(&segments.open_first()?, job).map_err(|e| e.context("--resume"))
 }
 
@@ -29,22 +29,23 @@ pub fn align(world: &World, bodies: &mut BuiltBodies, kept: &Reduction) -> Resul
         }
         let Some(fields) = body.fields_mut() else { continue };
         let now = fields.contact_modes()?;
-        let turn = world.on_root(|| {
+        let rotation = world.on_root(|| {
             let root = kept.root()?;
             let place = places.iter().find(|p| p.body == i).map(|p| p.side.index());
             let there = place.and_then(|p| root.bodies.get(root.place[p]));
             let (Some(now), Some(there)) = (now, there) else {
                 return Err(Error::Defect("the modes of a body are missing".into()));
             };
-            turn(now.as_ref(), there.contact_modes.as_ref(), &there.omega).map_err(|e| {
+            alignment(now.as_ref(), there.contact_modes.as_ref(), &there.omega).map_err(|e| {
                 Error::Input(format!(
                     "--resume: the modes of body \"{}\" are not those that the run was begun with: {e}",
                     name
                 ))
             })
         })?;
-        let turn = world.broadcast(turn.unwrap_or_default());
-        let shapes = fields.replace_shapes(None).map(|s| BodyModes { vectors: turned(&s.vectors, &turn), ..s });
+        let rotation = world.broadcast(rotation.unwrap_or_default());
+        let shapes =
+            fields.replace_shapes(None).map(|s| BodyModes { vectors: apply_alignment(&s.vectors, &rotation), ..s });
         fields.replace_shapes(shapes);
     }
     Ok(())

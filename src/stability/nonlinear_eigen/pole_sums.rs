@@ -10,7 +10,7 @@ const LANES: usize = 8;
 /// real poles, 1/(λ − p); then pairs of poles, (λ − Re p)/|..|², where |..|² stands for (λ − p)(λ − p̄); and last those
 /// pairs once more, Im p/|..|².
 #[derive(Default)]
-pub(super) struct Terms {
+pub(super) struct PoleSums {
     /// k and c.
     pub singles: [Vec<f64>; 2],
     pub real: Vec<f64>,
@@ -18,7 +18,7 @@ pub(super) struct Terms {
     pub pairs: [Vec<f64>; 2],
 }
 
-impl Terms {
+impl PoleSums {
     /// Columns of residues.
     pub fn columns(&self) -> usize {
         self.singles[0].len() + self.real.len() + 2 * self.pairs[0].len()
@@ -48,7 +48,7 @@ impl Terms {
 }
 
 struct Shares<'a> {
-    terms: &'a Terms,
+    terms: &'a PoleSums,
     lambda: C,
     out: [&'a mut [f64]; 2],
     derivatives: Option<[&'a mut [f64]; 2]>,
@@ -163,13 +163,13 @@ const FACTORS: usize = 64;
 const LEAST: f64 = 1e-290;
 
 /// Π (λ − p)(λ − p̄) / Π (λ − z)(λ − z̄) of as many poles p as roots z.
-pub(super) struct Quotient {
+pub(super) struct DeflationQuotient {
     /// Real and imaginary parts of both, ascending by their sizes, so that neighbours nearly cancel.
     poles: [Vec<f64>; 2],
     roots: [Vec<f64>; 2],
 }
 
-impl Quotient {
+impl DeflationQuotient {
     pub fn new(poles: &[C], roots: &[C]) -> Self {
         let sorted = |of: &[C]| {
             let mut all = of.to_vec();
@@ -244,12 +244,12 @@ impl WithSimd for Factors<'_> {
 }
 
 /// Roots with what each of them is pushed away by.
-pub(super) struct Charges {
+pub(super) struct AberthSums {
     re: Vec<f64>,
     im: Vec<f64>,
 }
 
-impl Charges {
+impl AberthSums {
     pub fn new(all: &[C]) -> Self {
         Self { re: all.iter().map(|v| v.re).collect(), im: all.iter().map(|v| v.im).collect() }
     }
@@ -261,7 +261,7 @@ impl Charges {
 }
 
 struct Attraction<'a> {
-    of: &'a Charges,
+    of: &'a AberthSums,
     j: usize,
 }
 
@@ -311,7 +311,7 @@ mod tests {
 
     #[test]
     fn shares_are_those_of_each() {
-        let terms = Terms {
+        let terms = PoleSums {
             singles: [vec![4.0, 9.0], vec![0.1, 0.2]],
             real: vec![-3.0, -0.5],
             pairs: [
@@ -377,7 +377,7 @@ mod tests {
             let (poles, mut roots) = (list(count, 0.0), list(count, 0.01));
             roots.reverse();
             roots.iter_mut().for_each(|v| *v *= unit);
-            let quotient = Quotient::new(&poles, &roots);
+            let quotient = DeflationQuotient::new(&poles, &roots);
             for lambda in [C::new(1e-9, 1.3 - 1e-9), C::new(0.0, 2.05), C::new(40.0, 3.0)] {
                 let one = |v: &C| (lambda - v).ln() + (lambda - v.conj()).ln();
                 let want = poles.iter().map(one).sum::<C>() - roots.iter().map(one).sum::<C>();
@@ -392,7 +392,7 @@ mod tests {
     #[test]
     fn all_others_push() {
         let all: Vec<C> = (0..29).map(|i| C::new(-0.1 * f64::from(i % 5), 1.0 + 0.7 * f64::from(i))).collect();
-        let charges = Charges::new(&all);
+        let charges = AberthSums::new(&all);
         for j in [0, 3, 28] {
             let of = |k: usize| {
                 let other = if k == j { C::default() } else { (all[j] - all[k]).inv() };

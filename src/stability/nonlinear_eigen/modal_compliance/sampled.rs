@@ -1,6 +1,6 @@
 //! The compliance G of the modes over λ: sums over their poles.
 
-use super::{Part, SecularModes, C};
+use super::{ModalCompliance, ModeSet, C};
 use faer::Mat;
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -12,26 +12,26 @@ const CHUNK: usize = 32;
 type KeptCompliance = RefCell<Vec<Mat<f64>>>;
 
 /// Values of λ at which G is asked for again and again: that of a body that stays as it is is kept.
-pub(in super::super) struct Sampled {
+pub(in super::super) struct SampledCompliance {
     pub values: Vec<C>,
     /// Bodies whose G is kept.
-    kept: Vec<(Rc<Part>, KeptCompliance)>,
+    kept: Vec<(Rc<ModeSet>, KeptCompliance)>,
 }
 
-impl Sampled {
+impl SampledCompliance {
     /// The `values` with the bodies of some `modes`.
-    pub fn new(values: Vec<C>, modes: &SecularModes) -> Self {
+    pub fn new(values: Vec<C>, modes: &ModalCompliance) -> Self {
         Self { values, kept: modes.parts.iter().map(|part| (part.clone(), RefCell::default())).collect() }
     }
 }
 
-impl std::fmt::Debug for Sampled {
+impl std::fmt::Debug for SampledCompliance {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.debug_struct("Sampled").field("values", &self.values.len()).finish()
+        f.debug_struct("SampledCompliance").field("values", &self.values.len()).finish()
     }
 }
 
-impl SecularModes {
+impl ModalCompliance {
     /// G at each of `values`, by columns, one after the other, `[r²]` each.
     pub fn compliance(&self, values: &[C]) -> Vec<C> {
         let ([g], _) = self.with_derivatives(values);
@@ -45,8 +45,8 @@ impl SecularModes {
     }
 
     /// G as [`compliance`](Self::compliance) has it.
-    pub fn compliance_at(&self, of: &Sampled) -> Vec<C> {
-        let r2 = self.seen * self.seen;
+    pub fn compliance_at(&self, of: &SampledCompliance) -> Vec<C> {
+        let r2 = self.rank * self.rank;
         let mut all = vec![C::default(); r2 * of.values.len()];
         for part in &self.parts {
             let made = || of.values.chunks(CHUNK).map(|some| part.compliance::<1>(some).0).collect::<Vec<_>>();
@@ -69,7 +69,7 @@ impl SecularModes {
 
     /// G and its first derivatives, N in all; and the logarithmic derivative of P.
     fn with_derivatives<const N: usize>(&self, values: &[C]) -> ([Vec<C>; N], Vec<C>) {
-        let r2 = self.seen * self.seen;
+        let r2 = self.rank * self.rank;
         let mut all = [const { Vec::new() }; N].map(|_: Vec<C>| vec![C::default(); r2 * values.len()]);
         let mut slopes = vec![C::default(); values.len()];
         for part in &self.parts {
@@ -89,11 +89,11 @@ impl SecularModes {
     }
 
     /// Adds G of a body, whose real and imaginary parts are two columns of `product`, to that of both, `[r²]`.
-    fn add(&self, part: &Part, (product, column): (&Mat<f64>, usize), out: &mut [C]) {
+    fn add(&self, part: &ModeSet, (product, column): (&Mat<f64>, usize), out: &mut [C]) {
         let [re, im] = [0, 1].map(|k| product.col_as_slice(column + k));
         for j in 0..part.functions {
             let from = j * part.functions..(j + 1) * part.functions;
-            let into = (part.first + j) * self.seen + part.first;
+            let into = (part.first + j) * self.rank + part.first;
             let parts = re[from.clone()].iter().zip(&im[from]);
             out[into..].iter_mut().zip(parts).for_each(|(v, (re, im))| *v += C::new(*re, *im));
         }

@@ -1,7 +1,7 @@
 //! The points of a study that are done, on the disk: one file of records, each with what it is of and a checksum. A
 //! later run of the same points takes them up, whatever its number of ranks.
 
-use super::outcome::Packed;
+use super::outcome::PackedOutcomes;
 use crate::job::Job;
 use crate::output::companion;
 use crate::output::datasets::sweep::Outcome;
@@ -21,7 +21,7 @@ pub(super) fn folder(output: &Path) -> PathBuf {
 }
 
 /// The file of the points that are done.
-pub(super) struct KeptPoints {
+pub(super) struct StoredPoints {
     folder: PathBuf,
     path: PathBuf,
     file: File,
@@ -31,7 +31,7 @@ pub(super) struct KeptPoints {
     found: HashMap<[u8; SUM], Outcome>,
 }
 
-impl KeptPoints {
+impl StoredPoints {
     /// Reads what an earlier run to the same `output` has left. `common` is what every point rests on.
     pub(super) fn open(output: &Path, common: Vec<u8>) -> Result<Self> {
         let folder = folder(output);
@@ -69,7 +69,7 @@ impl KeptPoints {
     }
 
     /// Adds the points `packed`.
-    pub(super) fn add(&mut self, packed: &Packed, points: &[Option<Job>]) -> Result<()> {
+    pub(super) fn add(&mut self, packed: &PackedOutcomes, points: &[Option<Job>]) -> Result<()> {
         let mut all = vec![None; points.len()];
         packed.unpack(&mut all)?;
         let mut bytes = Vec::new();
@@ -96,7 +96,7 @@ impl KeptPoints {
 /// The record of a point: what it is of, the numbers of its outcome and its text, each after its length, and a
 /// checksum.
 fn record(identity: [u8; SUM], outcome: &Outcome) -> Vec<u8> {
-    let mut packed = Packed::default();
+    let mut packed = PackedOutcomes::default();
     packed.push(0, outcome);
     let mut bytes = identity.to_vec();
     for length in [packed.numbers.len(), packed.text.len()] {
@@ -131,7 +131,7 @@ fn first(bytes: &[u8]) -> Option<([u8; SUM], Outcome, usize)> {
         return None;
     }
     let values = (0..numbers / 8).map(|k| Some(f64::from_le_bytes(eight(begin + 8 * k)?))).collect::<Option<_>>()?;
-    let packed = Packed { numbers: values, text: bytes[begin + numbers..end].to_vec() };
+    let packed = PackedOutcomes { numbers: values, text: bytes[begin + numbers..end].to_vec() };
     let mut one = [None];
     packed.unpack(&mut one).ok()?;
     let [outcome] = one;

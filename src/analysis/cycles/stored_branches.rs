@@ -32,7 +32,7 @@ pub fn job_of(output: &Path) -> Option<PathBuf> {
 }
 
 /// The files of a run.
-pub(super) struct KeptBranches {
+pub(super) struct StoredBranches {
     folder: PathBuf,
     /// Checksum of everything that cycles depend on.
     common: Vec<u8>,
@@ -42,7 +42,7 @@ fn fail(path: &Path, e: &std::io::Error) -> Error {
     Error::Io(format!("{}: cannot keep limit cycles: {e}", path.display()))
 }
 
-impl KeptBranches {
+impl StoredBranches {
     /// Collective: makes the folder beside `output`, with the job as it was `given`.
     pub(super) fn open(world: &World, output: &Path, given: &Job, search: &Search<'_>) -> Result<Self> {
         let folder = folder(output);
@@ -143,7 +143,7 @@ pub(super) struct BranchFile {
 
 impl BranchFile {
     /// Adds the points that are new, then the state.
-    pub(super) fn keep(&mut self, kept: &KeptBranches, state: &BranchState) -> Result<()> {
+    pub(super) fn keep(&mut self, kept: &StoredBranches, state: &BranchState) -> Result<()> {
         let new = state.points.iter().skip(self.written);
         let bytes: Vec<u8> = new.flat_map(|p| bytes_of(&self.identity, &p.numbers())).collect();
         self.file.write_all(&bytes).and_then(|()| self.file.sync_data()).map_err(|e| fail(&self.path, &e))?;

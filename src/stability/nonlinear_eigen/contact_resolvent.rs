@@ -1,9 +1,9 @@
-//! The unknowns of the contact as they follow what moves it, at one frequency after the other.
+//! Resolvent of the contact rows: unknowns f of the contact under given motions y, at one λ after the other.
 //!
 //! With a real shift σ, (λA + C)⁻¹ = (1 + (λ − σ) M)⁻¹ (σA + C)⁻¹, M = (σA + C)⁻¹ A = Q H Qᵀ: of the matrix H, which
 //! is triangular but for one more diagonal, a frequency asks for n² operations and the memory of a few columns.
 
-use super::modal::real_times;
+use super::modal_compliance::real_times;
 use super::{ContactRows, C};
 use faer::dyn_stack::{MemBuffer, MemStack};
 use faer::linalg::evd::hessenberg::{hessenberg_in_place, hessenberg_in_place_scratch, HessenbergParams};
@@ -19,62 +19,64 @@ use pulp::{Arch, Simd, WithSimd};
 const BLOCK: usize = 16;
 
 /// f of y at any λ.
-pub(super) struct Following {
+pub(super) struct ContactResolvent {
     /// σ, 1/s.
     shift: f64,
     /// H, `[nf, nf]`.
-    reduced: Mat<f64>,
+    hessenberg: Mat<f64>,
     /// Q, `[nf, nf]`.
     basis: Mat<f64>,
     /// −Qᵀ (σA + C)⁻¹ of what y adds to the rows by its rate and at rest, `[nf, r]` each.
     driven: [Mat<f64>; 2],
 }
 
-impl Following {
+impl ContactResolvent {
     /// Tracker of rows of one size; frequencies are of the order of `rate`.
-    pub fn new(rows: &ContactRows, seen: usize, rate: f64) -> Self {
+    pub fn new(rows: &ContactRows, rank: usize, rate: f64) -> Self {
         let nf = rows.by_rate.nrows();
-        let own = |of: &Mat<f64>| of.as_ref().subcols(seen, nf).to_owned();
-        let by = |of: &Mat<f64>| of.as_ref().subcols(0, seen).to_owned();
+        let own = |of: &Mat<f64>| of.as_ref().subcols(rank, nf).to_owned();
+        let by = |of: &Mat<f64>| of.as_ref().subcols(0, rank).to_owned();
         let (by_rate, at_rest) = (own(&rows.by_rate), own(&rows.at_rest));
         let lu = (faer::Scale(rate) * &by_rate + at_rest).partial_piv_lu();
-        let (reduced, basis) = hessenberg(lu.solve(&by_rate));
+        let (hessenberg, basis) = hessenberg_form(lu.solve(&by_rate));
         let driven =
             [&rows.by_rate, &rows.at_rest].map(|of| faer::Scale(-1.0) * (basis.transpose() * lu.solve(by(of))));
-        Self { shift: rate, reduced, basis, driven }
+        Self { shift: rate, hessenberg, basis, driven }
     }
 
     /// f of Qᵀf.
-    pub fn back(&self, turned: &Mat<C>) -> Mat<C> {
-        real_times(&self.basis, turned)
+    pub fn expand(&self, projected: &Mat<C>) -> Mat<C> {
+        real_times(&self.basis, projected)
     }
 
-    /// Rows of a matrix `own`, `[rows, nf]`, in the basis that [`turned`](Self::turned) has f in.
-    pub fn onto(&self, own: MatRef<'_, f64>) -> Mat<f64> {
+    /// Rows of a matrix `own`, `[rows, nf]`, in the basis that [`solve`](Self::solve) has f in.
+    pub fn project(&self, own: MatRef<'_, f64>) -> Mat<f64> {
         own * &self.basis
     }
 
     /// Qᵀf per y, `[nf, r]`.
-    pub fn turned(&self, lambda: C) -> Mat<C> {
+    pub fn solve(&self, lambda: C) -> Mat<C> {
         let (nf, r) = self.driven[0].shape();
         let at = |i: usize, j: usize| lambda * self.driven[0][(i, j)] + self.driven[1][(i, j)];
-        self.solved(lambda, Planar::from_fn(nf, r, at))
+        self.shifted_solve(lambda, Planar::from_fn(nf, r, at))
     }
 
-    /// Qᵀf of each of `values` with the motion y of each in `seen`, `[nf, values]`.
-    pub fn turned_of(&self, values: &[C], seen: &Mat<C>) -> Mat<C> {
-        let [by_rate, at_rest] = self.driven.each_ref().map(|of| real_times(of, seen));
+    /// Qᵀf of each of `values` with the motions y in `motions`, `[nf, values]`.
+    pub fn solve_each(&self, values: &[C], motions: &Mat<C>) -> Mat<C> {
+        let [by_rate, at_rest] = self.driven.each_ref().map(|of| real_times(of, motions));
         let mut all = Mat::zeros(by_rate.nrows(), values.len());
         for (l, &lambda) in values.iter().enumerate() {
             let at = |i: usize, _: usize| lambda * by_rate[(i, l)] + at_rest[(i, l)];
-            all.as_mut().subcols_mut(l, 1).copy_from(self.solved(lambda, Planar::from_fn(by_rate.nrows(), 1, at)));
+            all.as_mut()
+                .subcols_mut(l, 1)
+                .copy_from(self.shifted_solve(lambda, Planar::from_fn(by_rate.nrows(), 1, at)));
         }
         all
     }
 
     /// (1 + (λ − σ) H)⁻¹ of some columns.
-    fn solved(&self, lambda: C, columns: Planar) -> Mat<C> {
-        Arch::new().dispatch(Shifted { matrix: &self.reduced, shift: lambda - self.shift, columns })
+    fn shifted_solve(&self, lambda: C, columns: Planar) -> Mat<C> {
+        Arch::new().dispatch(Shifted { matrix: &self.hessenberg, shift: lambda - self.shift, columns })
     }
 }
 
@@ -205,7 +207,7 @@ fn eliminate<S: Simd>(simd: S, factor: C, [re, im]: [&[f64]; 2], [out_re, out_im
 }
 
 /// H and Q of a matrix Q H Qᵀ.
-fn hessenberg(mut matrix: Mat<f64>) -> (Mat<f64>, Mat<f64>) {
+fn hessenberg_form(mut matrix: Mat<f64>) -> (Mat<f64>, Mat<f64>) {
     let n = matrix.nrows();
     let mut basis = Mat::<f64>::identity(n, n);
     if n < 3 {
@@ -237,18 +239,18 @@ mod tests {
     use super::*;
 
     #[test]
-    fn unknowns_follow() {
+    fn resolvent_solves_the_contact_rows() {
         for n in [1, 2, 3, 40] {
             let r = 3;
             let part =
                 |seed: f64| Mat::from_fn(n, r + n, |i, j| ((3.1 + seed) * i as f64 + 7.7 * j as f64 * seed).sin());
             let mut rows = ContactRows { by_rate: part(1.0), at_rest: part(1.3), forces: Mat::zeros(r, r + n) };
             (0..n).for_each(|i| rows.at_rest[(i, r + i)] += 6.0);
-            let following = Following::new(&rows, r, 2.0);
+            let resolvent = ContactResolvent::new(&rows, r, 2.0);
             for lambda in [C::new(-0.3, 4.0), C::new(0.0, 0.01), C::new(1.0, 90.0)] {
                 let all = |i: usize, j: usize| lambda * rows.by_rate[(i, j)] + rows.at_rest[(i, j)];
                 let own = Mat::from_fn(n, n, |i, j| all(i, r + j));
-                let left = &own * following.back(&following.turned(lambda)) + Mat::from_fn(n, r, all);
+                let left = &own * resolvent.expand(&resolvent.solve(lambda)) + Mat::from_fn(n, r, all);
                 assert!(left.norm_l2() < 1e-11 * own.norm_l2(), "{n}, {lambda}: {}", left.norm_l2());
             }
         }

@@ -5,7 +5,7 @@ use pulp::{Arch, Simd, WithSimd};
 use std::f64::consts::PI;
 
 /// A matrix factored with row exchanges.
-pub(super) struct Lu {
+pub(super) struct DenseLu {
     /// Both factors, by rows, `[n, n]`.
     a: Vec<C>,
     n: usize,
@@ -14,7 +14,7 @@ pub(super) struct Lu {
     odd: bool,
 }
 
-impl Lu {
+impl DenseLu {
     /// LU factors of the matrix `a` given by rows, `[n, n]`.
     pub fn new(mut a: Vec<C>, n: usize) -> Self {
         let mut rows: Vec<usize> = (0..n).collect();
@@ -88,7 +88,7 @@ impl Lu {
 
 /// The trace of what the factors `lu` make of the rows `x`.
 struct Traced<'a> {
-    lu: &'a Lu,
+    lu: &'a DenseLu,
     x: &'a mut [C],
 }
 
@@ -169,7 +169,7 @@ mod tests {
         let n = 5;
         let a = |i: usize, j: usize| C::new(((3 * i + 7 * j) as f64).sin(), (2.0 * i as f64 - j as f64).cos());
         let flat = |f: &dyn Fn(usize, usize) -> C| (0..n * n).map(|k| f(k / n, k % n)).collect::<Vec<C>>();
-        let lu = Lu::new(flat(&|i, j| a(i, j) + if i == (j + 1) % n { 2.0 } else { 0.0 }), n);
+        let lu = DenseLu::new(flat(&|i, j| a(i, j) + if i == (j + 1) % n { 2.0 } else { 0.0 }), n);
         let whole = faer::Mat::from_fn(n, n, |i, j| a(i, j) + if i == (j + 1) % n { 2.0 } else { 0.0 });
         assert!((lu.log_determinant().exp() - whole.determinant()).norm() < 1e-12 * whole.determinant().norm());
         assert!((lu.trace_of_solution(&flat(&|i, j| whole[(i, j)])) - 5.0).norm() < 1e-12);
@@ -182,7 +182,7 @@ mod tests {
                 of(j)
             }
         };
-        let x = Lu::new(flat(&singular), n).null_vector();
+        let x = DenseLu::new(flat(&singular), n).null_vector();
         assert!((1..n - 1).all(|i| (x[i] / x[0] - 1.0).norm() < 1e-10) && (x[n - 1] / x[0] + 1.0).norm() < 1e-10);
     }
 }

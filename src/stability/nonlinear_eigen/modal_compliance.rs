@@ -1,7 +1,7 @@
 //! The modes of both bodies, by the functions of which they consist over the contact.
 
-use super::small::add_product;
-use super::terms::Terms;
+use super::dense_lu::add_product;
+use super::pole_sums::PoleSums;
 use super::{C, REAL};
 use crate::body::ModalMatrix;
 use crate::model::{CoupledModel, ModeFactors};
@@ -10,12 +10,12 @@ use faer::Mat;
 use std::cell::{OnceCell, RefCell};
 use std::rc::Rc;
 
-mod compliance;
-mod on_contact;
-mod part;
-pub(super) use compliance::Sampled;
-use on_contact::OnContact;
-use part::{basis, functions, off};
+mod contact_shapes;
+mod mode_set;
+mod sampled;
+use contact_shapes::ContactShapes;
+use mode_set::{basis, functions, off};
+pub(super) use sampled::SampledCompliance;
 
 /// Remainder of the shapes of a body once its functions are taken out, over their size.
 const ROUNDING: f64 = 1e-13;
@@ -31,15 +31,15 @@ const CONDITION: f64 = 1e9;
 const KEPT: usize = 64;
 
 /// A mode by itself.
-struct Single {
+struct SingleMode {
     mode: usize,
     stiffness: f64,
     damping: f64,
     /// Amplitudes of the functions.
-    seen: Vec<f64>,
+    amplitudes: Vec<f64>,
 }
 
-impl Single {
+impl SingleMode {
     /// λ² + cλ + k.
     fn at(&self, lambda: C) -> C {
         lambda * (lambda + self.damping) + self.stiffness
@@ -47,15 +47,15 @@ impl Single {
 }
 
 /// Modes that damping or rotation couples, by their poles.
-struct Group {
+struct CoupledModes {
     modes: Vec<usize>,
-    own: Rc<Poles>,
-    /// Coupling of the functions to each of [`Poles::terms`], `[terms, functions]`.
+    own: Rc<ModePoles>,
+    /// Coupling of the functions to each of [`ModePoles::terms`], `[terms, functions]`.
     driven: Mat<C>,
 }
 
 /// The poles of coupled modes with this stiffness and damping.
-struct Poles {
+struct ModePoles {
     stiffness: Mat<f64>,
     damping: Mat<f64>,
     values: Vec<C>,
@@ -89,12 +89,12 @@ impl Reading {
 
 thread_local! {
     /// From one state to the next the bodies are mostly the same, ...
-    static LAST: RefCell<Vec<Rc<Poles>>> = const { RefCell::new(Vec::new()) };
+    static LAST: RefCell<Vec<Rc<ModePoles>>> = const { RefCell::new(Vec::new()) };
     /// ... and so is what the contact sees of them.
-    static KNOWN: RefCell<Option<Rc<SecularModes>>> = const { RefCell::new(None) };
+    static KNOWN: RefCell<Option<Rc<ModalCompliance>>> = const { RefCell::new(None) };
 }
 
-impl Poles {
+impl ModePoles {
     /// None where the vectors do not tell them apart.
     fn of(stiffness: Mat<f64>, damping: Mat<f64>) -> Option<Rc<Self>> {
         let same = |p: &&Rc<Self>| p.stiffness == stiffness && p.damping == damping;
@@ -157,13 +157,13 @@ pub(super) fn real_times(a: &Mat<f64>, b: &Mat<C>) -> Mat<C> {
 }
 
 /// The modes of a body.
-struct Part {
+struct ModeSet {
     /// Place of its functions among those of both.
     first: usize,
     functions: usize,
-    singles: Vec<Single>,
-    groups: Vec<Group>,
-    terms: Terms,
+    singles: Vec<SingleMode>,
+    groups: Vec<CoupledModes>,
+    terms: PoleSums,
     /// Residues of the modes by themselves, which are symmetric: on and below the diagonal, column by column,
     /// `[functions (functions + 1)/2, singles]`.
     symmetric: Mat<f64>,
@@ -172,11 +172,11 @@ struct Part {
 }
 
 /// The modes of both.
-pub(super) struct SecularModes {
-    parts: Vec<Rc<Part>>,
+pub(super) struct ModalCompliance {
+    parts: Vec<Rc<ModeSet>>,
     modes: usize,
     /// Number r of functions: those of both bodies one after the other, or those that they share.
-    pub seen: usize,
+    pub rank: usize,
     /// Amplitudes B of the functions in each mode, `[r, modes]`: its rows are of norm 1 and at right angles to each
     /// other.
     basis: Mat<f64>,
@@ -190,7 +190,7 @@ pub(super) struct SecularModes {
     pub stiffness: Mat<f64>,
     of: Given,
     /// The functions at the contact rows, once a state has asked for them.
-    on_contact: Rc<OnceCell<OnContact>>,
+    on_contact: Rc<OnceCell<ContactShapes>>,
 }
 
 /// Inputs from which modes were computed.
@@ -222,7 +222,7 @@ impl Given {
     }
 }
 
-impl SecularModes {
+impl ModalCompliance {
     /// Modal sums of `bodies` with the functions of which they consist at these contact rows, and the functions there,
     /// `[3n, r]`, with the poles up to the angle `within`; none where the functions are not few, or a mode by itself
     /// does not oscillate. Those of the last state are taken where they serve.
@@ -249,9 +249,9 @@ impl SecularModes {
                 (made, asked)
             }
         };
-        let mut shapes = Mat::<f64>::zeros(bodies.modes.nrows(), modes.seen);
+        let mut shapes = Mat::<f64>::zeros(bodies.modes.nrows(), modes.rank);
         for (i, &row) in rows.iter().enumerate() {
-            (0..modes.seen).for_each(|j| shapes[(row, j)] = asked[(i, j)]);
+            (0..modes.rank).for_each(|j| shapes[(row, j)] = asked[(i, j)]);
         }
         Some((modes, shapes))
     }
@@ -274,13 +274,13 @@ impl SecularModes {
     /// The functions at these contact rows of `bodies`; none where the modes consist of others as well there.
     fn shapes(&self, bodies: &CoupledModel, rows: &[usize]) -> Option<Mat<f64>> {
         let ends = [0, self.of.lower, self.modes];
-        let known = self.on_contact.get_or_init(|| OnContact::new(bodies, &self.basis, ends));
+        let known = self.on_contact.get_or_init(|| ContactShapes::new(bodies, &self.basis, ends));
         let is_known = known.is_of(bodies, rows);
-        let computed = if is_known { None } else { Some(OnContact::new(bodies, &self.basis, ends)) };
+        let computed = if is_known { None } else { Some(ContactShapes::new(bodies, &self.basis, ends)) };
         let on = computed.as_ref().unwrap_or(known);
         let largest = |of: &Vec<[f64; 2]>, k: usize| rows.iter().map(|&row| of[row][k]).fold(0.0, f64::max).sqrt();
         let covered = on.squares.iter().all(|of| largest(of, 1) <= ROUNDING * largest(of, 0));
-        covered.then(|| Mat::from_fn(rows.len(), self.seen, |i, j| on.functions[(rows[i], j)]))
+        covered.then(|| Mat::from_fn(rows.len(), self.rank, |i, j| on.functions[(rows[i], j)]))
     }
 
     /// The modes of bodies that share the functions of which their modes were made.
@@ -303,7 +303,7 @@ impl SecularModes {
         let ends = [(0, lower), (lower, m)];
         let mut parts = Vec::new();
         for ((first, end), [at, count]) in ends.into_iter().zip(blocks) {
-            parts.push(Rc::new(Part::new(bodies, (first, end), basis.as_ref().subrows(at, count), at)?));
+            parts.push(Rc::new(ModeSet::new(bodies, (first, end), basis.as_ref().subrows(at, count), at)?));
         }
         Self::of_parts(bodies, (parts, within), basis)
     }
@@ -323,7 +323,7 @@ impl SecularModes {
                 true => part.clone(),
                 false => {
                     let basis = self.basis.as_ref().subrows(part.first, part.functions);
-                    Rc::new(Part::new(bodies, (of[0], of[1]), basis, part.first)?)
+                    Rc::new(ModeSet::new(bodies, (of[0], of[1]), basis, part.first)?)
                 }
             });
         }
@@ -332,19 +332,19 @@ impl SecularModes {
     }
 
     /// The modes of both bodies with their amplitudes B of the functions, `[r, modes]`.
-    fn of_parts(bodies: &CoupledModel, (parts, within): (Vec<Rc<Part>>, f64), basis: Mat<f64>) -> Option<Self> {
-        let (m, lower, seen) = (bodies.omega.len(), bodies.lower_modes, basis.nrows());
+    fn of_parts(bodies: &CoupledModel, (parts, within): (Vec<Rc<ModeSet>>, f64), basis: Mat<f64>) -> Option<Self> {
+        let (m, lower, rank) = (bodies.omega.len(), bodies.lower_modes, basis.nrows());
         let all = parts.iter().flat_map(|part| part.poles()).filter(|p| p.im >= 0.0);
         let (poles, mut damped): (Vec<C>, Vec<C>) = all.partition(|p| p.im.atan2(p.re) <= within);
         damped.retain(|p| p.im > 0.0);
-        if seen == 0 || poles.is_empty() || poles.iter().any(|p| p.im <= REAL * p.norm()) {
+        if rank == 0 || poles.is_empty() || poles.iter().any(|p| p.im <= REAL * p.norm()) {
             return None;
         }
         let stiffness = &basis * bodies.stiffness.product(basis.transpose());
         let squares = [bodies.stiffness.square(), bodies.damping.square()];
         let of = Given { stiffness: bodies.stiffness.clone(), damping: bodies.damping.clone(), lower, within };
         let on_contact = Rc::default();
-        Some(Self { parts, modes: m, seen, basis, poles, damped, squares, stiffness, of, on_contact })
+        Some(Self { parts, modes: m, rank, basis, poles, damped, squares, stiffness, of, on_contact })
     }
 
     /// Number of modes.
@@ -373,7 +373,7 @@ impl SecularModes {
     /// Adds K G of r × r matrices given by columns to `out`; G has a block for each body, or one where both bodies
     /// consist of the same functions.
     pub fn add_product(&self, k: &[C], g: &[C], out: &mut [C]) {
-        add_product((k, g), self.seen, &self.blocks(), out);
+        add_product((k, g), self.rank, &self.blocks(), out);
     }
 
     /// First function and number of functions of each block of G.
@@ -391,7 +391,7 @@ impl SecularModes {
             let force = |i: usize, l: usize| forces[l][part.first + i];
             for (l, (&lambda, square)) in values.iter().zip(&mut squares).enumerate() {
                 for s in &part.singles {
-                    let by: C = s.seen.iter().enumerate().map(|(i, b)| b * force(i, l)).sum();
+                    let by: C = s.amplitudes.iter().enumerate().map(|(i, b)| b * force(i, l)).sum();
                     *square += by.norm_sqr() / off(s.at(lambda), s.stiffness).norm_sqr();
                 }
             }
@@ -409,7 +409,7 @@ impl SecularModes {
             for (l, (&lambda, force)) in values.iter().zip(forces).enumerate() {
                 let force = &force[part.first..part.first + part.functions];
                 for s in &part.singles {
-                    let by: C = s.seen.iter().zip(force).map(|(b, f)| b * f).sum();
+                    let by: C = s.amplitudes.iter().zip(force).map(|(b, f)| b * f).sum();
                     q[(s.mode, l)] = by / off(s.at(lambda), s.stiffness);
                 }
             }
@@ -425,7 +425,7 @@ impl SecularModes {
 
     /// Amplitudes of the functions in each mode, `[r, modes]`.
     #[cfg(test)]
-    pub fn seen_by(&self) -> &Mat<f64> {
+    pub(crate) fn contact_basis(&self) -> &Mat<f64> {
         &self.basis
     }
 
@@ -440,7 +440,7 @@ impl SecularModes {
     }
 
     /// Contact values of amplitudes of the modes, `[r, values]`.
-    pub fn seen_of(&self, q: &Mat<C>) -> Mat<C> {
+    pub fn motions_of(&self, q: &Mat<C>) -> Mat<C> {
         real_times(&self.basis, q)
     }
 }

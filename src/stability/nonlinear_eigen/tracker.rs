@@ -10,9 +10,9 @@
 //! the right half-plane but those that are missing. For the count the contact is interpolated over the frequencies of
 //! all modes.
 
-use super::last::LastSpectrum;
-use super::modal::Sampled;
-use super::{Secular, C, CONTINUED, FAR};
+use super::last_spectrum::LastSpectrum;
+use super::modal_compliance::SampledCompliance;
+use super::{NonlinearEigenproblem, C, CONTINUED, FAR};
 use crate::contact::LinearContact;
 use crate::model::CoupledModel;
 use crate::stability::reduced::{check, Eigenpair};
@@ -36,13 +36,13 @@ pub struct KnownSpectrum {
     /// Relaxations of the contact that are as little damped as what is listed, 1/s.
     relaxations: Vec<C>,
     /// Places on the imaginary axis where unstable ones are counted.
-    axis: Option<Rc<Sampled>>,
+    axis: Option<Rc<SampledCompliance>>,
 }
 
 impl KnownSpectrum {
     /// Spectrum of a `state`, of which the eigenvalues `wanted` are tracked; none where it was not found by what the
     /// contact sees, or none of them is one of its roots.
-    pub fn of_state(state: &LastSpectrum, wanted: &[C]) -> Option<Self> {
+    pub(crate) fn of_state(state: &LastSpectrum, wanted: &[C]) -> Option<Self> {
         let last = state.last();
         if last.contact.is_empty() {
             return None;
@@ -51,7 +51,7 @@ impl KnownSpectrum {
         let (tracked, others): (Vec<C>, Vec<C>) = last.roots.iter().copied().partition(is_wanted);
         let on_axis = |u: f64| C::from_polar(u.exp(), FRAC_PI_2);
         let values = || frequencies(&others).into_iter().map(on_axis).collect();
-        let axis = state.modes().map(|modes| Rc::new(Sampled::new(values(), modes)));
+        let axis = state.modes().map(|modes| Rc::new(SampledCompliance::new(values(), modes)));
         (!tracked.is_empty()).then(|| Self { tracked, others, relaxations: last.relaxations.clone(), axis })
     }
 
@@ -82,7 +82,7 @@ pub enum Count {
 }
 
 /// Eigenvalues continued to another state.
-pub struct ContinuedSpectrum {
+pub struct TrackedSpectrum {
     /// With Im > 0 and modal amplitudes, by falling growth rate.
     pub pairs: Vec<Eigenpair>,
     /// Answer on the unstable ones that are missing.
@@ -93,28 +93,30 @@ pub struct ContinuedSpectrum {
 /// and their modal amplitudes, by falling growth rate, each with a backward error of at most `tolerance` (as
 /// [`eigenvalues`](super::eigenvalues) has it). None where it is not certain that they are these. Where `is_counted`
 /// says so of them, the other unstable ones are counted.
-pub fn continued(
+pub fn track(
     bodies: &CoupledModel,
     contact: &LinearContact,
     known: &KnownSpectrum,
     [ratio, tolerance]: [f64; 2],
     is_counted: &dyn Fn(&[Eigenpair]) -> bool,
-) -> Result<Option<ContinuedSpectrum>> {
+) -> Result<Option<TrackedSpectrum>> {
     check(bodies, contact)?;
     // One that grows and stays where it was would stand for one that is missing.
     if known.others.iter().any(|v| v.re >= 0.0) {
         return Ok(None);
     }
     let given = Some((&known.relaxations[..], known.range()));
-    let Some(mut secular) = Secular::with_relaxations(bodies, contact, ratio, given)? else { return Ok(None) };
-    let Some(mut roots) = secular.tracked(known) else { return Ok(None) };
+    let Some(mut problem) = NonlinearEigenproblem::with_relaxations(bodies, contact, ratio, given)? else {
+        return Ok(None);
+    };
+    let Some(mut roots) = problem.tracked(known) else { return Ok(None) };
     roots.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
-    let Some(pairs) = secular.motions(bodies, &roots, tolerance) else { return Ok(None) };
+    let Some(pairs) = problem.motions(bodies, &roots, tolerance) else { return Ok(None) };
     let count = match is_counted(&pairs) {
         false => Count::NotAsked,
-        true => secular.count(known, &roots),
+        true => problem.count(known, &roots),
     };
-    Ok(Some(ContinuedSpectrum { pairs, count }))
+    Ok(Some(TrackedSpectrum { pairs, count }))
 }
 
 /// Logarithms of the frequencies of `roots`, ascending, no two nearer than a part of the damping ratio there: one that
@@ -131,7 +133,7 @@ fn frequencies(roots: &[C]) -> Vec<f64> {
     kept
 }
 
-impl Secular {
+impl NonlinearEigenproblem {
     /// The tracked roots of `known` here.
     fn tracked(&self, known: &KnownSpectrum) -> Option<Vec<C>> {
         let first = known.others.len();
@@ -156,8 +158,8 @@ impl Secular {
     /// The eigenpairs of `roots` without the unknowns of the contact; none where one has a backward error of more than
     /// `tolerance`.
     fn motions(&self, bodies: &CoupledModel, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
-        let (forces, seen) = self.forces(roots);
-        let errors = self.errors(bodies, roots, (&forces, &seen), CONTINUED);
+        let (forces, motions) = self.forces(roots);
+        let errors = self.errors(bodies, roots, (&forces, &motions), CONTINUED);
         let modal = self.modes.motions(roots, &forces);
         let pair = |(l, (&value, backward_error)): (usize, (&C, f64))| {
             let modal = modal.col_as_slice(l).to_vec();

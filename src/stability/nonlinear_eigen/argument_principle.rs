@@ -1,12 +1,12 @@
 //! Number of roots by the argument principle.
 
-use super::modal::Sampled;
-use super::{Secular, ABOVE, BELOW, C, CROWDED, EVEN, HALVINGS, SMOOTH, STEP};
+use super::modal_compliance::SampledCompliance;
+use super::{NonlinearEigenproblem, ABOVE, BELOW, C, CROWDED, EVEN, HALVINGS, SMOOTH, STEP};
 use std::f64::consts::PI;
 
 /// Estimate of the distance of a root to its place after a change, by the `changes` of all, each with its number: that
 /// of another root counts by the square of the distance to it.
-pub(super) fn left(all: &[C], changes: &[(usize, f64)], (own, change): (usize, f64)) -> f64 {
+pub(super) fn remaining_error(all: &[C], changes: &[(usize, f64)], (own, change): (usize, f64)) -> f64 {
     let value = all[own];
     let others = changes.iter().filter(|c| c.0 != own);
     let bent = others.map(|&(k, other)| other / (all[k] - value).norm_sqr()).sum::<f64>();
@@ -20,7 +20,7 @@ fn wrapped(angle: f64) -> f64 {
 
 /// By how much the phase of e^(`at`) turns from a real value before the first of `points` to 1 beyond the last; none
 /// where it is not certain.
-pub(super) fn turned(mut points: Vec<(f64, C)>, at: &dyn Fn(f64) -> C) -> Option<f64> {
+pub(super) fn phase_change(mut points: Vec<(f64, C)>, at: &dyn Fn(f64) -> C) -> Option<f64> {
     let step = |a: &(f64, C), b: &(f64, C)| C::new(b.1.re - a.1.re, wrapped(b.1.im - a.1.im));
     for _ in 0..=HALVINGS {
         if points.iter().any(|p| !p.1.is_finite()) {
@@ -48,7 +48,7 @@ pub(super) fn turned(mut points: Vec<(f64, C)>, at: &dyn Fn(f64) -> C) -> Option
     None
 }
 
-impl Secular {
+impl NonlinearEigenproblem {
     /// How many eigenvalues within the ray, both of each conjugate pair, are missing in `roots`; none where the count
     /// is not certain.
     pub(super) fn missing(&self, roots: &[C]) -> Option<i64> {
@@ -56,7 +56,7 @@ impl Secular {
     }
 
     /// The same by the phase at the values `among` on the ray as well, whose moduli ascend.
-    pub(super) fn missing_by(&self, roots: &[C], among: Option<&Sampled>) -> Option<i64> {
+    pub(super) fn missing_by(&self, roots: &[C], among: Option<&SampledCompliance>) -> Option<i64> {
         let [poles, roots] = self.balanced(roots);
         let [low, high] = self.modes.range().map(f64::ln);
         let on_ray = |u: f64| C::from_polar(u.exp(), self.angle);
@@ -88,6 +88,6 @@ impl Secular {
             points.push((u, at(u)));
         }
         // From 0, where it is real, to infinity, where it is 1: π less for each that is missing.
-        Some((-turned(points, &at)? / PI).round() as i64)
+        Some((-phase_change(points, &at)? / PI).round() as i64)
     }
 }

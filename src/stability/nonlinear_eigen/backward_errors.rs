@@ -2,13 +2,13 @@
 //! themselves is a matrix of the rank of the functions that the contact sees, whose amplitudes in the modes are of
 //! norm 1 and at right angles to each other.
 
-use super::modal::{real_times, SecularModes};
+use super::modal_compliance::{real_times, ModalCompliance};
 use super::{ContactRows, C};
 use crate::model::CoupledModel;
 use faer::Mat;
 
 /// The pencil in its own units, as [`assemble`](crate::stability::reduced::assemble) has them.
-pub(super) struct Scaled {
+pub(super) struct BackwardErrors {
     /// Unit of time is 1/`rate`, rad/s.
     pub rate: f64,
     /// Unit of the unknowns of the contact, N.
@@ -24,17 +24,17 @@ pub(super) struct Vectors<'a> {
     /// λ, 1/s.
     pub values: &'a [C],
     /// Motion Bq, `[r, values]`.
-    pub seen: &'a Mat<C>,
+    pub motions: &'a Mat<C>,
     /// Unknowns f of the contact, `[nf, values]`.
     pub own: &'a Mat<C>,
     /// Squares of the norms of q.
     pub squares: &'a [f64],
 }
 
-impl Scaled {
+impl BackwardErrors {
     /// Error bounds of these modes under the `rows` of the contact.
-    pub fn new(modes: &SecularModes, rows: &ContactRows) -> Self {
-        let (m, r, nf) = (modes.count(), modes.seen, rows.by_rate.nrows());
+    pub fn new(modes: &ModalCompliance, rows: &ContactRows) -> Self {
+        let (m, r, nf) = (modes.count(), modes.rank, rows.by_rate.nrows());
         let square = |of: &dyn Fn(usize, usize) -> f64, columns: usize, count: usize| {
             (0..columns).map(|j| (0..count).map(|i| of(i, j).powi(2)).sum::<f64>()).sum::<f64>()
         };
@@ -91,7 +91,7 @@ impl Scaled {
     /// Backward errors of eigenvalues with their vectors, where q is the motion of the modes under the forces Bᵀφ;
     /// `forces` has φ for each.
     pub fn errors(&self, rows: &ContactRows, x: &Vectors<'_>, forces: &[Vec<C>]) -> Vec<f64> {
-        let r = x.seen.nrows();
+        let r = x.motions.nrows();
         let made = self.forces(rows, x);
         let left = |l: usize| (0..r).map(|i| (forces[l][i] - made[(i, l)]).norm_sqr()).sum::<f64>();
         self.of_modes(rows, x, (0..x.values.len()).map(left))
@@ -100,7 +100,7 @@ impl Scaled {
     /// The same of the vectors with the amplitudes `q` of the modes of `bodies`, `[m, values]`, whatever made these.
     pub fn whole_errors(
         &self,
-        (modes, bodies): (&SecularModes, &CoupledModel),
+        (modes, bodies): (&ModalCompliance, &CoupledModel),
         rows: &ContactRows,
         x: &Vectors<'_>,
         q: &Mat<C>,
@@ -120,14 +120,14 @@ impl Scaled {
 
     /// Forces of the contact on the functions, `[r, values]`.
     fn forces(&self, rows: &ContactRows, x: &Vectors<'_>) -> Mat<C> {
-        let (r, nf) = (x.seen.nrows(), x.own.nrows());
+        let (r, nf) = (x.motions.nrows(), x.own.nrows());
         let part = |first: usize, count: usize| rows.forces.as_ref().subcols(first, count).to_owned();
-        real_times(&part(0, r), x.seen) + real_times(&part(r, nf), x.own)
+        real_times(&part(0, r), x.motions) + real_times(&part(r, nf), x.own)
     }
 
     /// Backward errors by what is left in the rows of the modes, squares of norms.
     fn of_modes(&self, rows: &ContactRows, x: &Vectors<'_>, left: impl Iterator<Item = f64>) -> Vec<f64> {
-        let (r, nf) = (x.seen.nrows(), x.own.nrows());
+        let (r, nf) = (x.motions.nrows(), x.own.nrows());
         // The rows of the contact, those by the rate below those at rest.
         let both = |first: usize, count: usize| {
             Mat::from_fn(2 * nf, count, |i, j| match i < nf {
@@ -135,7 +135,7 @@ impl Scaled {
                 false => rows.by_rate[(i - nf, first + j)],
             })
         };
-        let images = real_times(&both(0, r), x.seen) + real_times(&both(r, nf), x.own);
+        let images = real_times(&both(0, r), x.motions) + real_times(&both(r, nf), x.own);
         let of = |(l, left): (usize, f64)| {
             let lambda = x.values[l];
             let row = |i: usize| (images[(i, l)] + lambda * images[(nf + i, l)]) / self.rows[i];

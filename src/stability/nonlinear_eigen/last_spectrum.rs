@@ -1,18 +1,18 @@
 //! State between solutions: the last roots, as starts of the next ones.
 
-use super::modal::SecularModes;
+use super::modal_compliance::ModalCompliance;
 use super::{C, FAR, REAL, STRAIGHT};
 use std::cell::RefCell;
 use std::rc::Rc;
 
 thread_local! {
     /// From one state to the next the roots are mostly near.
-    pub(super) static LAST: RefCell<Last> = RefCell::new(Last::default());
+    pub(super) static LAST: RefCell<LastState> = RefCell::new(LastState::default());
 }
 
 /// Data of the last state.
 #[derive(Clone, Default)]
-pub(super) struct Last {
+pub(super) struct LastState {
     pub(super) poles: Vec<C>,
     pub(super) roots: Vec<C>,
     /// Their positions a state earlier.
@@ -26,45 +26,49 @@ pub(super) struct Last {
 }
 
 /// The next state begins at `values`, which something else has found of the bodies of the last one.
-pub fn begin_at(values: impl Iterator<Item = C>) {
-    if let Some(modes) = SecularModes::last() {
+pub(crate) fn begin_at(values: impl Iterator<Item = C>) {
+    if let Some(modes) = ModalCompliance::last() {
         let near = |v: &C| v.im > REAL * v.norm() && v.im.atan2(v.re) <= modes.within();
-        LAST.set(Last { poles: modes.poles.clone(), roots: values.filter(near).collect(), ..Last::default() });
+        LAST.set(LastState {
+            poles: modes.poles.clone(),
+            roots: values.filter(near).collect(),
+            ..LastState::default()
+        });
     }
 }
 
 /// Last state that this rank knows.
 #[derive(Clone, Default)]
 pub struct LastSpectrum {
-    last: Last,
-    modes: Option<Rc<SecularModes>>,
+    last: LastState,
+    modes: Option<Rc<ModalCompliance>>,
 }
 
 impl LastSpectrum {
     /// State that is known now.
     pub fn present() -> Self {
-        Self { last: LAST.with_borrow(Last::clone), modes: SecularModes::last() }
+        Self { last: LAST.with_borrow(LastState::clone), modes: ModalCompliance::last() }
     }
 
     /// Roots and contact of the last solution.
-    pub(super) fn last(&self) -> &Last {
+    pub(super) fn last(&self) -> &LastState {
         &self.last
     }
 
     /// Modal sums of the last solution.
-    pub(super) fn modes(&self) -> Option<&SecularModes> {
+    pub(super) fn modes(&self) -> Option<&ModalCompliance> {
         self.modes.as_deref()
     }
 
     /// The next state begins from here, whichever was computed last: what is found then depends on this one alone, to
     /// the last bit.
-    pub fn restore(&self) {
+    pub(crate) fn restore(&self) {
         LAST.set(self.last.clone());
-        SecularModes::know(self.modes.clone());
+        ModalCompliance::know(self.modes.clone());
     }
 }
 
-impl Last {
+impl LastState {
     /// Returns whether these poles are those of the last state, or near them one by one.
     pub(super) fn is_near(&self, poles: &[C]) -> bool {
         let near = |(a, b): (&C, &C)| (a - b).norm() <= FAR * b.norm();
@@ -72,7 +76,7 @@ impl Last {
     }
 
     /// Expected positions of the roots when the contact is `now`: on their way, if the contact goes on as it went.
-    pub(super) fn foreseen(&self, now: &[C]) -> Vec<C> {
+    pub(super) fn predicted(&self, now: &[C]) -> Vec<C> {
         if self.before.is_empty() || self.change.len() != now.len() {
             return self.roots.clone();
         }

@@ -12,7 +12,7 @@ thread_local! {
 }
 
 /// The modes at all contact rows by the functions of which they consist at some of them.
-pub(super) struct OnContact {
+pub(super) struct ContactShapes {
     /// The modes, `[3n, modes]`.
     pub(super) shapes: Rc<Mat<f64>>,
     /// Mark of the models with these modes.
@@ -23,7 +23,7 @@ pub(super) struct OnContact {
     pub(super) squares: [Vec<[f64; 2]>; 2],
 }
 
-impl OnContact {
+impl ContactShapes {
     /// The modes of `bodies` at the contact, of which those of each body lie between two of `ends`, by functions with
     /// the amplitudes `basis`.
     pub(super) fn new(bodies: &CoupledModel, basis: &Mat<f64>, ends: [usize; 3]) -> Self {

@@ -17,36 +17,36 @@
 //! counts those inside. Where that is not certain, or anything else fails, there is no answer, and the whole spectrum
 //! of the dense pencil has to be taken.
 
-use super::reduced::{check, contact_rows, ContactRows, Eigenpair, View};
+use super::reduced::{check, contact_rows, BodyView, ContactRows, Eigenpair};
 use crate::contact::LinearContact;
 use crate::model::CoupledModel;
 use crate::Result;
-use errors::{Scaled, Vectors};
-use faer::Mat;
-use interpolated::Interpolated;
-use modal::SecularModes;
+use chebyshev::ChebyshevStiffness;
+use dense_lu::DenseLu;
+use modal_compliance::ModalCompliance;
 use num_complex::Complex;
-use small::Lu;
+use pole_sums::{AberthSums, DeflationQuotient};
 use std::f64::consts::{FRAC_PI_2, PI};
 use std::rc::Rc;
-use terms::{Charges, Quotient};
 
-mod condensed;
-mod continued;
-mod count;
-mod errors;
-mod following;
-mod interpolated;
-mod last;
-mod modal;
-mod small;
-mod terms;
+mod argument_principle;
+mod backward_errors;
+mod chebyshev;
+mod condensed_contact;
+mod contact_resolvent;
+mod dense_lu;
+mod eigenvectors;
+mod last_spectrum;
+mod modal_compliance;
+mod pole_sums;
+mod tracker;
 
-use condensed::Condensed;
-pub use continued::{continued, ContinuedSpectrum, Count, KnownSpectrum};
-use count::left;
-pub use last::{begin_at, LastSpectrum};
-use last::{Last, LAST};
+use argument_principle::remaining_error;
+use condensed_contact::CondensedContact;
+pub(crate) use last_spectrum::begin_at;
+pub use last_spectrum::LastSpectrum;
+use last_spectrum::{LastState, LAST};
+pub use tracker::{track, Count, KnownSpectrum, TrackedSpectrum};
 
 type C = Complex<f64>;
 
@@ -85,7 +85,7 @@ const SMOOTH: [f64; 2] = [0.8, 0.4];
 /// How far below and above the frequencies of the modes the ray is followed at least and at the most, in logarithms.
 const BELOW: [f64; 2] = [4.0, 16.0];
 const ABOVE: [f64; 2] = [4.0, 16.0];
-/// Part of the forces of the contact by which the polynomials may be wrong at a root: how well it is one is seen of
+/// Part of the forces of the contact by which the polynomials may be wrong at a root: how well it is one is judged by
 /// its eigenpair.
 const NEAR: f64 = 1e-6;
 /// Eigenvalues whose motions are looked at where they are not asked for: so many first ones, and each of so many.
@@ -105,8 +105,8 @@ pub fn eigenpairs(
     ratio: f64,
     tolerance: f64,
 ) -> Result<Option<Vec<Eigenpair>>> {
-    let Some((secular, roots)) = inside(bodies, contact, ratio)? else { return Ok(None) };
-    Ok(secular.pairs(bodies, &roots, tolerance))
+    let Some((problem, roots)) = inside(bodies, contact, ratio)? else { return Ok(None) };
+    Ok(problem.pairs(bodies, &roots, tolerance))
 }
 
 /// The same with Im λ > 0 alone and without their motions. Backward errors are those of the motions that the poles of
@@ -118,34 +118,38 @@ pub fn eigenvalues(
     ratio: f64,
     tolerance: f64,
 ) -> Result<Option<Vec<Eigenpair>>> {
-    let Some((secular, roots)) = inside(bodies, contact, ratio)? else { return Ok(None) };
-    Ok(secular.values(bodies, &roots, tolerance))
+    let Some((problem, roots)) = inside(bodies, contact, ratio)? else { return Ok(None) };
+    Ok(problem.values(bodies, &roots, tolerance))
 }
 
 /// The problem and its roots with Im > 0 that may be listed, by falling growth rate; none where it is not certain
 /// that these are all.
-fn inside(bodies: &CoupledModel, contact: &LinearContact, ratio: f64) -> Result<Option<(Secular, Vec<C>)>> {
+fn inside(
+    bodies: &CoupledModel,
+    contact: &LinearContact,
+    ratio: f64,
+) -> Result<Option<(NonlinearEigenproblem, Vec<C>)>> {
     check(bodies, contact)?;
-    let Some(secular) = Secular::new(bodies, contact, ratio)? else { return Ok(None) };
-    let Some(mut roots) = secular.roots() else { return Ok(None) };
-    roots.retain(|v| secular.aside(*v) <= 0.0);
+    let Some(problem) = NonlinearEigenproblem::new(bodies, contact, ratio)? else { return Ok(None) };
+    let Some(mut roots) = problem.roots() else { return Ok(None) };
+    roots.retain(|v| problem.aside(*v) <= 0.0);
     roots.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
-    Ok(Some((secular, roots)))
+    Ok(Some((problem, roots)))
 }
 
 /// The problem in what the contact sees.
-struct Secular {
-    modes: Rc<SecularModes>,
-    contact: Condensed,
+struct NonlinearEigenproblem {
+    modes: Rc<ModalCompliance>,
+    contact: CondensedContact,
     /// K and what makes it, along the frequencies of the modes.
-    along: Interpolated,
+    along: ChebyshevStiffness,
     /// Relaxations of the contact by itself that are as little damped as what is listed.
     relaxations: Vec<C>,
     /// Angle of the ray that bounds what is listed.
     angle: f64,
 }
 
-impl Secular {
+impl NonlinearEigenproblem {
     /// None where the problem is not for this method.
     fn new(bodies: &CoupledModel, contact: &LinearContact, ratio: f64) -> Result<Option<Self>> {
         Self::with_relaxations(bodies, contact, ratio, None)
@@ -164,19 +168,19 @@ impl Secular {
         }
         let angle = FRAC_PI_2 + ratio.asin();
         let within = FRAC_PI_2 + (ratio + MARGIN).asin();
-        let Some((modes, shapes)) = SecularModes::build(bodies, &places(contact), within) else { return Ok(None) };
+        let Some((modes, shapes)) = ModalCompliance::build(bodies, &places(contact), within) else { return Ok(None) };
         let [low, high] = modes.range();
         let rate = (low * high).sqrt();
-        let view = View { modes: shapes.as_ref(), residual: bodies.residual.as_ref() };
+        let view = BodyView { modes: shapes.as_ref(), residual: bodies.residual.as_ref() };
         let rows = contact_rows(view, contact)?;
-        let contact = Condensed::new(rows, modes.seen, rate);
+        let contact = CondensedContact::new(rows, modes.rank, rate);
         let computed = || contact.relaxations(rate, angle);
         let Some(relaxations) = known.map(|k| k.0.to_vec()).or_else(computed) else { return Ok(None) };
         if relaxations.iter().any(|z| z.im <= REAL * z.norm()) {
             return Ok(None);
         }
         let range = known.map_or_else(|| Self::reach([low, high], &relaxations), |k| k.1);
-        let Some(along) = Interpolated::new(&contact, range) else { return Ok(None) };
+        let Some(along) = ChebyshevStiffness::new(&contact, range) else { return Ok(None) };
         Ok(Some(Self { modes, contact, along, relaxations, angle }))
     }
 
@@ -187,13 +191,13 @@ impl Secular {
     }
 
     /// The contact along all of these frequencies, good to the digits that a count needs.
-    fn along_all(&self) -> Option<Interpolated> {
-        Interpolated::to_precision(&self.contact, Self::reach(self.modes.range(), &self.relaxations), COUNTED)
+    fn along_all(&self) -> Option<ChebyshevStiffness> {
+        ChebyshevStiffness::to_precision(&self.contact, Self::reach(self.modes.range(), &self.relaxations), COUNTED)
     }
 
     /// K G − 1, by columns.
     fn matrix(&self, k: &[C], g: &[C]) -> Vec<C> {
-        let r = self.modes.seen;
+        let r = self.modes.rank;
         let mut h = vec![C::default(); r * r];
         (0..r).for_each(|i| h[i * r + i] -= 1.0);
         self.modes.add_product(k, g, &mut h);
@@ -202,20 +206,20 @@ impl Secular {
 
     /// A vector of norm 1 that K G − 1 makes smallest.
     fn null_vector(&self, k: &[C], g: &[C]) -> Vec<C> {
-        let (r, h) = (self.modes.seen, self.matrix(k, g));
-        Lu::new((0..r * r).map(|i| h[i % r * r + i / r]).collect(), r).null_vector()
+        let (r, h) = (self.modes.rank, self.matrix(k, g));
+        DenseLu::new((0..r * r).map(|i| h[i % r * r + i / r]).collect(), r).null_vector()
     }
 
     /// The logarithmic derivative of det(1 − KG) P at each of `values`.
     fn slopes(&self, values: &[C]) -> Vec<C> {
-        let r = self.modes.seen;
+        let r = self.modes.rank;
         let ([g, by_g], poles) = self.modes.compliances(values);
         let [k, by_k] = self.along.stiffnesses(values);
         let of = |l: usize| {
             let of = |of: &'_ [C]| -> Vec<C> { of[l * r * r..(l + 1) * r * r].to_vec() };
             let (k, g) = (of(&k), of(&g));
             // By columns: trace and determinant are those of the transposed.
-            let lu = Lu::new(self.matrix(&k, &g), r);
+            let lu = DenseLu::new(self.matrix(&k, &g), r);
             let mut change = vec![C::default(); r * r];
             self.modes.add_product(&of(&by_k), &g, &mut change);
             self.modes.add_product(&k, &of(&by_g), &mut change);
@@ -228,7 +232,7 @@ impl Secular {
     fn roots(&self) -> Option<Vec<C>> {
         let last = LAST.with_borrow(|last| last.is_near(&self.modes.poles).then(|| last.clone()));
         let now = self.compared();
-        let starts = last.as_ref().map_or_else(|| self.anew(), |last| last.foreseen(&now));
+        let starts = last.as_ref().map_or_else(|| self.anew(), |last| last.predicted(&now));
         // What is known of the way here is of the same bodies.
         let last = last.filter(|last| last.poles == self.modes.poles);
         let (mut roots, mut moving) = self.settled(Vec::new(), starts);
@@ -269,7 +273,7 @@ impl Secular {
     }
 
     /// Keeps the `roots` of this state, whose contact is `now`, for the next one; `last` is the one before.
-    fn remember(&self, last: Option<Last>, roots: &[C], now: Vec<C>) {
+    fn remember(&self, last: Option<LastState>, roots: &[C], now: Vec<C>) {
         let (mut before, mut change) = (Vec::new(), Vec::new());
         if let Some(last) = last.filter(|l| l.contact.len() == now.len() && !l.roots.is_empty()) {
             let far = |a: &C, b: &C| (a - b).norm_sqr();
@@ -278,7 +282,7 @@ impl Secular {
             change = now.iter().zip(&last.contact).map(|(a, b)| a - b).collect();
         }
         let (poles, roots, relaxations) = (self.modes.poles.clone(), roots.to_vec(), self.relaxations.clone());
-        LAST.set(Last { poles, roots, before, contact: now, change, relaxations });
+        LAST.set(LastState { poles, roots, before, contact: now, change, relaxations });
     }
 
     /// The roots `known` and those that `starts` lead to; and where those are that have not come to rest.
@@ -290,7 +294,7 @@ impl Secular {
         for _ in 0..ITERATIONS {
             let values: Vec<C> = moving.iter().map(|&j| all[j]).collect();
             let mut moved = all.clone();
-            let charges = Charges::new(&all);
+            let charges = AberthSums::new(&all);
             let mut changes: Vec<(usize, f64)> = Vec::new();
             for (&j, slope) in moving.iter().zip(self.slopes(&values)) {
                 let own = all[j];
@@ -310,7 +314,7 @@ impl Secular {
             all = moved;
             moving = changes
                 .iter()
-                .filter(|c| left(&all, &changes, **c) > SETTLED[1] * all[c.0].norm())
+                .filter(|c| remaining_error(&all, &changes, **c) > SETTLED[1] * all[c.0].norm())
                 .map(|c| c.0)
                 .collect();
             if moving.is_empty() {
@@ -337,7 +341,7 @@ impl Secular {
         if self.along.is_near(lambda) {
             return true;
         }
-        let (r, exact) = (self.modes.seen, self.contact.stiffness(lambda));
+        let (r, exact) = (self.modes.rank, self.contact.stiffness(lambda));
         let found = self.along.stiffness(&[lambda]);
         let off = (0..r * r).map(|i| (found[i] - exact[(i % r, i / r)]).norm_sqr()).sum::<f64>();
         off.sqrt() <= NEAR * exact.norm_l2()
@@ -373,7 +377,7 @@ impl Secular {
 
     /// The same with G at each of `values`, `[r²]` each.
     fn rest_with(&self, (roots, poles): (&[C], &[C]), values: &[C], compliances: &[C]) -> Vec<C> {
-        let r = self.modes.seen;
+        let r = self.modes.rank;
         // The polynomials are good to many more digits here than a phase needs.
         let (near, far): (Vec<C>, Vec<C>) = values.iter().partition(|v| self.along.holds(**v));
         let polynomials = self.along.stiffness(&near);
@@ -382,111 +386,16 @@ impl Secular {
             let k = self.contact.stiffness(*v);
             (0..r * r).map(|i| k[(i % r, i / r)]).collect::<Vec<C>>()
         });
-        let quotient = Quotient::new(poles, roots);
+        let quotient = DeflationQuotient::new(poles, roots);
         // det(KG − 1) has the sign of det(1 − KG) where r is even.
         let sign = C::new(0.0, PI * (r % 2) as f64);
         let of = |(lambda, g): (&C, &[C])| {
             let k = if self.along.holds(*lambda) { polynomials.next() } else { exact.next() };
             let k = k.unwrap_or_default();
-            sign + Lu::new(self.matrix(&k, g), r).log_determinant() + quotient.logarithm(*lambda)
+            sign + DenseLu::new(self.matrix(&k, g), r).log_determinant() + quotient.logarithm(*lambda)
         };
         values.iter().zip(compliances.chunks_exact(r * r)).map(of).collect()
     }
-
-    /// Forces on the functions that an eigenvalue makes, each of norm 1, and the motion of these under them, `[r,
-    /// roots]`.
-    fn forces(&self, roots: &[C]) -> (Vec<Vec<C>>, Mat<C>) {
-        let r = self.modes.seen;
-        let (g, k) = (self.modes.compliance(roots), self.along.stiffness(roots));
-        let part = |of: &[C], l: usize| -> Vec<C> { of[l * r * r..(l + 1) * r * r].to_vec() };
-        let forces: Vec<Vec<C>> = (0..roots.len()).map(|l| self.null_vector(&part(&k, l), &part(&g, l))).collect();
-        let moved = |i: usize, l: usize| (0..r).map(|j| g[l * r * r + j * r + i] * forces[l][j]).sum::<C>();
-        let seen = Mat::from_fn(r, roots.len(), moved);
-        (forces, seen)
-    }
-
-    /// The eigenvalues `roots` with their backward errors alone; none where one has more than `tolerance`.
-    fn values(&self, bodies: &CoupledModel, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
-        let (forces, seen) = self.forces(roots);
-        let errors = self.errors(bodies, roots, (&forces, &seen), LOOKED_AT);
-        let pair = |(&value, backward_error): (&C, f64)| Eigenpair {
-            value,
-            modal: Vec::new(),
-            tangential: Vec::new(),
-            backward_error,
-        };
-        let good = errors.iter().all(|e| *e <= tolerance);
-        good.then(|| roots.iter().zip(errors).map(pair).collect())
-    }
-
-    /// Backward errors of `roots` with these forces on the functions and motions of them, as [`eigenvalues`] has them.
-    fn errors(
-        &self,
-        bodies: &CoupledModel,
-        roots: &[C],
-        (forces, seen): (&[Vec<C>], &Mat<C>),
-        looked_at: [usize; 2],
-    ) -> Vec<f64> {
-        let rows = &self.contact.rows;
-        let scaled = Scaled::new(&self.modes, rows);
-        let own = self.contact.following.back(&self.contact.following.turned_of(roots, seen));
-        let squares = self.modes.least(roots, forces);
-        let x = Vectors { values: roots, seen, own: &own, squares: &squares };
-        let mut errors = scaled.errors(rows, &x, forces);
-        let some: Vec<usize> = (0..roots.len()).filter(|l| *l < looked_at[0] || l % looked_at[1] == 0).collect();
-        let (of, under): (Vec<C>, Vec<Vec<C>>) = some.iter().map(|&l| (roots[l], forces[l].clone())).unzip();
-        for (&l, error) in some.iter().zip(self.lifted(bodies, &scaled, &of, &under).errors) {
-            if !(error <= errors[l]) {
-                errors[l] = error;
-            }
-        }
-        errors
-    }
-
-    /// The motions of the modes under the forces on the functions of each of `roots`.
-    fn lifted(&self, bodies: &CoupledModel, scaled: &Scaled, roots: &[C], forces: &[Vec<C>]) -> Lifted {
-        let modal = self.modes.motions(roots, forces);
-        let seen = self.modes.seen_of(&modal);
-        let own = self.contact.following.back(&self.contact.following.turned_of(roots, &seen));
-        let squares: Vec<f64> = modal.col_iter().map(|c| c.squared_norm_l2()).collect();
-        let x = Vectors { values: roots, seen: &seen, own: &own, squares: &squares };
-        let errors = scaled.whole_errors((&self.modes, bodies), &self.contact.rows, &x, &modal);
-        Lifted { modal, own, squares, errors }
-    }
-
-    /// The eigenpairs of `roots`, those of conjugates too; none where one has a backward error of more than
-    /// `tolerance`.
-    fn pairs(&self, bodies: &CoupledModel, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
-        let scaled = Scaled::new(&self.modes, &self.contact.rows);
-        let (forces, _) = self.forces(roots);
-        let Lifted { modal, own, squares, errors } = self.lifted(bodies, &scaled, roots, &forces);
-        if errors.iter().any(|e| !(*e <= tolerance)) {
-            return None;
-        }
-        let mut pairs = Vec::new();
-        for (l, (&value, backward_error)) in roots.iter().zip(errors).enumerate() {
-            let forces = own.col(l).squared_norm_l2() / scaled.force.powi(2);
-            let norm = (squares[l] * (1.0 + value.norm_sqr() / scaled.rate.powi(2)) + forces).sqrt();
-            let of = |x: &Mat<C>| -> Vec<C> { x.col_as_slice(l).iter().map(|v| v / norm).collect() };
-            let (modal, tangential) = (of(&modal), of(&own));
-            let conjugate = |v: &[C]| v.iter().map(C::conj).collect();
-            let other = (conjugate(&modal), conjugate(&tangential));
-            pairs.push(Eigenpair { value, modal, tangential, backward_error });
-            pairs.push(Eigenpair { value: value.conj(), modal: other.0, tangential: other.1, backward_error });
-        }
-        Some(pairs)
-    }
-}
-
-/// Motions at eigenvalues.
-struct Lifted {
-    /// Amplitudes q of the modes, `[m, values]`.
-    modal: Mat<C>,
-    /// Unknowns of the contact, `[nf, values]`.
-    own: Mat<C>,
-    /// Squares of the norms of q.
-    squares: Vec<f64>,
-    errors: Vec<f64>,
 }
 
 /// Contact rows, ascending, that the linearised laws ask for.

@@ -1,0 +1,149 @@
+//! The modes of both bodies as the equations of a cycle have them: by the functions of them that act at the contact.
+
+use super::balance::{MarchResult, PeriodicSolution, Resolution};
+use super::poles::Poles;
+use super::receptance::{discrete, harmonic};
+use crate::model::ModalDynamics;
+use crate::transient::low_rank_modes::factors;
+use crate::transient::stepper::Stepper;
+use crate::transient::Model;
+use crate::{Error, Result};
+use faer::linalg::solvers::SolveLstsq;
+use faer::{Mat, MatRef};
+use std::f64::consts::PI;
+
+type C = num_complex::Complex<f64>;
+
+/// Columns of Ψ that are shorter than this part of the longest one are left out of what acts at the contact.
+pub const LOSSLESS: f64 = 1e-4;
+
+/// Multiples of the frequency, at the least, whose motion is told.
+const TOLD: usize = 12;
+
+/// The modes of both bodies, and the functions of them that act at the contact, Ψ = B Cᵀ.
+#[derive(Clone)]
+pub struct Structure<'a> {
+    pub(super) model: Model<'a>,
+    /// B, `[3n, r]`.
+    basis: Mat<f64>,
+    /// C, column by column, `[r][m]`.
+    pub(super) mix: Vec<Vec<f64>>,
+    /// Frequencies of the functions of a march, whose motion is given: none, `[r]`.
+    pub(super) zeros: Vec<f64>,
+    pub(super) poles: Poles,
+    /// Eigenvalues, 1/s, with ξ and β of [`Poles::at_contact`].
+    pub(super) contact_poles: Vec<(C, Vec<C>, Vec<C>)>,
+    /// Motion of what acts at the contact under the loads of the modes, `[r]`.
+    pub(super) loaded: Vec<C>,
+}
+
+impl<'a> Structure<'a> {
+    /// Columns of `model`, to [`LOSSLESS`].
+    pub fn new(model: Model<'a>) -> Result<Self> {
+        let whole = model.modes.ncols();
+        let [basis, mix] = factors(model.modes, whole, LOSSLESS)
+            .ok_or_else(|| Error::Defect("limit cycles: the modes at the contact are no numbers".into()))?;
+        let basis = Mat::from_fn(model.modes.nrows(), basis.len(), |i, k| basis[k][i]);
+        Self::on(model, basis, mix)
+    }
+
+    /// The same modes with other equations of motion.
+    pub fn with(&self, dynamics: ModalDynamics) -> Result<Self> {
+        let ModalDynamics { stiffness, damping, turning } = dynamics;
+        let model = Model { stiffness, damping, turning, ..self.model.clone() };
+        Self::on(model, self.basis.clone(), self.mix.clone())
+    }
+
+    fn on(model: Model<'a>, basis: Mat<f64>, mix: Vec<Vec<f64>>) -> Result<Self> {
+        let zeros = vec![0.0; mix.len()];
+        let poles = Poles::new(&model)?;
+        let contact_poles = poles.at_contact(&mix);
+        let mut new = Self { model, basis, mix, zeros, poles, contact_poles, loaded: Vec::new() };
+        let load: Vec<C> = new.model.load.iter().map(|l| C::new(*l, 0.0)).collect();
+        if !load.is_empty() {
+            new.loaded = new.at_contact(&new.response(C::default(), &load)?);
+        }
+        Ok(new)
+    }
+
+    /// r.
+    pub fn rank(&self) -> usize {
+        self.mix.len()
+    }
+
+    /// Highest angular frequency of a mode, rad/s.
+    fn highest(&self) -> f64 {
+        self.model.omega.iter().copied().fold(0.0, f64::max)
+    }
+
+    /// B, `[3n, r]`.
+    pub fn basis(&self) -> MatRef<'_, f64> {
+        self.basis.as_ref()
+    }
+
+    /// The motion of what acts at the contact, `[r]`, m √kg, whose displacements come nearest to `displacement`,
+    /// `[3n]`, m.
+    pub fn projected(&self, displacement: &[f64]) -> Vec<f64> {
+        let column = Mat::from_fn(self.basis.nrows(), 1, |i, _| displacement.get(i).copied().unwrap_or(0.0));
+        let found = self.basis.qr().solve_lstsq(column);
+        (0..self.rank()).map(|k| found[(k, 0)]).collect()
+    }
+}
+
+impl Structure<'_> {
+    /// The cycle that a march belongs to, with the motion of all modes.
+    pub(super) fn solution(&self, marched: MarchResult, harmonics: usize) -> Result<PeriodicSolution> {
+        let MarchResult { memory, omega, pushes, contacts, contact, .. } = marched;
+        let (samples, m) = (contacts[0].force.len(), self.model.omega.len());
+        let h = 2.0 * PI / (samples as f64 * omega);
+        let reach = (self.highest() / omega).ceil() as usize;
+        let told = harmonics.max(TOLD).max(reach).min(samples / 2 - 1);
+        let mut modal = Vec::with_capacity(told + 1);
+        let (mut kinetic, mut q, mut v) = (0.0, vec![0.0; m], vec![0.0; m]);
+        for (k, push) in pushes.iter().enumerate() {
+            let mut push = self.spread(push);
+            if k == 0 {
+                push.iter_mut().zip(self.model.load).for_each(|(p, l)| *p += *l);
+            }
+            let s = discrete(k, omega, h);
+            // Beyond what is told inertia alone is left.
+            let moved = match k <= told || self.is_diagonal() {
+                true => self.response(C::new(0.0, s), &push)?,
+                false => push.iter().map(|p| -p / (s * s)).collect(),
+            };
+            kinetic += 0.25 * s * s * moved.iter().map(|q| q.norm_sqr()).sum::<f64>();
+            q.iter_mut().zip(&moved).for_each(|(q, z)| *q += z.re);
+            v.iter_mut().zip(&moved).for_each(|(v, z)| *v -= s * z.im);
+            if k <= told {
+                modal.push(moved);
+            }
+        }
+        let frequency = discrete(1, omega, h) / (2.0 * PI);
+        Ok(PeriodicSolution { omega, frequency, kinetic, contacts, modal, state: [q, v], contact, begin: memory })
+    }
+
+    pub(super) fn is_diagonal(&self) -> bool {
+        use crate::model::ModalMatrix::Diagonal;
+        matches!((&self.model.stiffness, &self.model.damping), (Diagonal(_), Diagonal(_)))
+    }
+
+    /// The motion of a stepper on these modes through one period from where it is, in its own steps, as coefficients
+    /// (`[r (2H + 1)]`, m √kg) of the unit 1.
+    pub fn follow(&self, stepper: &mut Stepper<'_>, resolution: Resolution) -> Result<Vec<f64>> {
+        let mut samples = vec![Vec::new(); resolution.samples];
+        for n in 1..=resolution.samples {
+            stepper.advance()?;
+            let q: Vec<C> = stepper.state().q.iter().map(|q| C::new(*q, 0.0)).collect();
+            samples[n % resolution.samples] = self.at_contact(&q).iter().map(|z| z.re).collect();
+        }
+        let mut z = Vec::new();
+        for k in 0..=resolution.harmonics {
+            let all = harmonic(&samples, k);
+            z.extend(all.iter().map(|z| z.re));
+            if k > 0 {
+                z.extend(all.iter().map(|z| -z.im));
+            }
+        }
+        Ok(z)
+    }
+}
