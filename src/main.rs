@@ -110,8 +110,7 @@ fn refuse_apart(error: &Error, speaks: bool) -> i32 {
 }
 
 /// Starts MPI, runs the command on all ranks, and ends all ranks with one message and one exit code. An error in place
-/// of
-/// the command was found before MPI started, on this rank or on all.
+/// of the command was found before MPI started, on this rank or on all.
 fn parallel(command: Result<Command>, speaks: bool) -> i32 {
     for (name, value) in launch::variables(&launch::environment) {
         std::env::set_var(name, value);

@@ -522,9 +522,8 @@ fn bad_problems_are_refused_with_a_reason() {
     assert!(matches!(fails(SteadyProblem { compliance: zero.as_ref().into(), ..good.clone() }), Some(Error::Input(_))));
 }
 
-/// A curve gone through point by point, up from rest, down again and with a jump, has at every point the solution
-/// that there is from nothing.
-/// The rolling of `problem` with the lateral creepage `eta`.
+/// A curve gone through point by point, up from rest, down again and with a jump, has at every point the solution that
+/// there is from nothing. The rolling of `problem` with the lateral creepage `eta`.
 fn lateral(problem: &SteadyProblem<'_>, eta: f64) -> Vec<PatchKinematics> {
     let PatchKinematics { speed, creepage } = problem.kinematics[0];
     PatchKinematics::one(speed, ContactCreepage { lateral: eta, ..creepage })

@@ -204,8 +204,7 @@ fn definite(rows: &Rows, path: &Path, m: &Csr) -> Result<()> {
 }
 
 /// An entry by which a symmetric matrix is not positive semidefinite: one below 0 on the diagonal, or one that is
-/// larger than the geometric
-/// mean of those on the diagonal.
+/// larger than the geometric mean of those on the diagonal.
 fn indefinite(m: &Csr) -> Option<(usize, usize)> {
     let diagonal: Vec<f64> = (0..m.n).map(|i| m.get(i, i)).collect();
     let scale = diagonal.iter().fold(0.0, |s: f64, d| s.max(d.abs()));

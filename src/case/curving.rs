@@ -276,8 +276,7 @@ impl CurvingVehicle {
 }
 
 /// Collective: puts the contact of `job` where the wheel stands that it names, and that of the points of its sweep;
-/// points whose curve cannot be run
-/// through keep their stand-ins, and are refused by `settle` when they come up.
+/// points whose curve cannot be run through keep their stand-ins, and are refused by `settle` when they come up.
 ///
 /// # Errors
 /// As [`CurvingVehicle::from_job`], for the job's own curve.

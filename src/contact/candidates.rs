@@ -394,11 +394,10 @@ impl<'a> Candidates<'a> {
     }
 
     /// First guess of the tractions for the pressures in `x`, `[3m]`, whose tractions are zero, by the simplified
-    /// theory of rolling contact (J. J. Kalker's FASTSIM, Vehicle System Dynamics 11 (1982)): along each line from
-    /// the leading edge on t grows by −ṡ Δx/(V L) and is cut at μp. The flexibility L is the one at which a traction
+    /// theory of rolling contact (J. J. Kalker's FASTSIM, Vehicle System Dynamics 11 (1982)): along each line from the
+    /// leading edge on t grows by −ṡ Δx/(V L) and is cut at μp. The flexibility L is the one at which a traction
     /// proportional to the pressure of a patch has on average the gradient of w that it has in truth (`friction`: μ of
-    /// each
-    /// candidate, `[m]`): with w = L t and elliptic stresses, L = −2⟨ṡ x⟩/(V p_max).
+    /// each candidate, `[m]`): with w = L t and elliptic stresses, L = −2⟨ṡ x⟩/(V p_max).
     pub fn guess_tractions(&self, problem: &SteadyProblem<'_>, friction: &[f64], x: &mut [f64], y: &[f64]) {
         let m = self.nodes.len();
         let pressed: Vec<usize> = (0..m).filter(|&a| x[3 * a + 2] > 0.0).collect();

@@ -164,8 +164,7 @@ impl Axle<'_> {
     }
 
     /// Height, roll and speed of rotation that balance load, roll moment and torque, from the start `motion`, by
-    /// Newton's method;
-    /// and the sums that are left, those of lateral force and yaw moment among them.
+    /// Newton's method; and the sums that are left, those of lateral force and yaw moment among them.
     ///
     /// # Errors
     /// [`Error::NotConverged`]; those of the placement.

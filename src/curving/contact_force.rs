@@ -10,8 +10,7 @@ use crate::Result;
 const TABULATED: [f64; 2] = [0.1, 10.0];
 
 /// Stiffness of a gap that is open, N/m: it keeps the equations of a wheel that has lost contact regular, and carries
-/// no load in a
-/// solution, which [`super::limits`] refuses.
+/// no load in a solution, which [`super::limits`] refuses.
 const OPEN_STIFFNESS: f64 = 1e7;
 
 /// A creep law of total forces.

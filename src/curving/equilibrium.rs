@@ -8,8 +8,7 @@ use crate::{Error, Result};
 const LARGEST_STEP: [f64; 2] = [0.4e-3, 2e-3];
 
 /// Residual of lateral forces and yaw moments, over those of an axle's load, that is aimed at, and that is accepted
-/// where rounding
-/// or a break of a profile leaves no more.
+/// where rounding or a break of a profile leaves no more.
 const AIM: f64 = 1e-9;
 const ACCEPTED: f64 = 1e-7;
 const MOST_STEPS: usize = 60;
@@ -21,8 +20,7 @@ const HALVINGS: i32 = 5;
 const MOST_VAIN: usize = 5;
 
 /// Shifts of the leading axle outwards, m, shares of the wheelbase's angle 2b/R of its yaw, and shifts of the trailing
-/// axle outwards, m, at
-/// which the search begins, one after the other: near flange contact, then farther from it.
+/// axle outwards, m, at which the search begins, one after the other: near flange contact, then farther from it.
 const STARTS: [[f64; 3]; 7] = [
     [6.2e-3, 0.8, 1.2e-3],
     [6.24e-3, 0.8, -1.0e-3],
@@ -47,8 +45,7 @@ pub struct CurvingSolution {
     /// Shift, m, and yaw, rad, of the frame in the middle of the wheelbase.
     pub frame: [f64; 2],
     /// Largest residual: lateral force and vertical force over the load of an axle, moments over load times half the
-    /// distance of the
-    /// running circles or the wheel radius.
+    /// distance of the running circles or the wheel radius.
     pub residual: f64,
     /// Newton steps of the last start.
     pub steps: usize,
@@ -343,8 +340,7 @@ impl CurvingProblem {
 }
 
 /// The first error, unless a later one says more: of a search that did not converge nothing is said where another is
-/// refused for a
-/// reason.
+/// refused for a reason.
 fn worst(first: Option<Error>, later: Error) -> Option<Error> {
     match first {
         Some(Error::NotConverged(_)) if !matches!(later, Error::NotConverged(_)) => Some(later),

@@ -79,8 +79,7 @@ impl CurvingProblem {
     }
 
     /// An error where the lateral force of a wheel over its vertical one is beyond Nadal's limit, (tan δ − μ)/(1 + μ
-    /// tan δ) with the
-    /// flange angle δ (M. J. Nadal, 1908).
+    /// tan δ) with the flange angle δ (M. J. Nadal, 1908).
     fn refuse_climbing(&self, loaded: &[&ContactForce], side: usize, named: &str) -> Result<()> {
         if !loaded.iter().any(|c| c.place.angle.abs() > FLANGE) {
             return Ok(());

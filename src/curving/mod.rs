@@ -1,6 +1,5 @@
 //! Steady curving of a two-axle bogie or vehicle: shift, yaw, roll and speed of rotation of both axles, and load and
-//! creepages at
-//! every place of contact.
+//! creepages at every place of contact.
 //!
 //! # Frames and signs
 //! The track frame at each axle: x forwards, y to the right, z down. A curve to the right has a positive curvature 1/R;
@@ -26,8 +25,7 @@
 //! ```
 //!
 //! Sums run over the places of contact of both wheels, any number each. A place has the normal force of Hertz' contact
-//! under the
-//! overlap of the undeformed profiles there, and the tangential force of a creep law with the creepages
+//! under the overlap of the undeformed profiles there, and the tangential force of a creep law with the creepages
 //!
 //! ```text
 //! ξ = 1 − y_c/R − Ω r_c/V,   η = ψ/cos δ,   φ = (Ω/V) sin(δ − roll) + cos δ/R
@@ -82,8 +80,7 @@ pub struct CurveMotion {
     /// Speed V, m/s.
     pub speed: f64,
     /// Lateral acceleration in the plane of the track, over gravity: (cant deficiency)/(distance of the running
-    /// circles), positive
-    /// where the cant is too small. 1.
+    /// circles), positive where the cant is too small. 1.
     pub deficiency: f64,
 }
 

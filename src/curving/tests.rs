@@ -71,10 +71,8 @@ fn cones(radius: f64) -> CurvingProblem {
 }
 
 /// A free wheelset rolls without creep where the radii of its wheels are in the ratio of the ways on both rails: the
-/// shift of the axle is
-/// −(l0 r0/(λR)) (1 − λ(r0 + R_h)/l0), as the familiar l0 r0/(λR) is that at the rail and the axle rolls back by λ y
-/// (r0 + R_h)/l0; l0 and r0
-/// are those of the places of contact.
+/// shift of the axle is −(l0 r0/(λR)) (1 − λ(r0 + R_h)/l0), as the familiar l0 r0/(λR) is that at the rail and the axle
+/// rolls back by λ y (r0 + R_h)/l0; l0 and r0 are those of the places of contact.
 #[test]
 fn free_wheelset_on_cones_matches_closed_form() {
     let problem = cones(2000.0);
@@ -174,8 +172,7 @@ fn very_wide_curve_is_straight_track() {
 }
 
 /// Columns of a wheel: position on its profile, mm, contact angle, mrad, rolling radius, mm, normal force, kN, ξ and η,
-/// %, F_x, T and lateral
-/// force on the wheel, kN.
+/// %, F_x, T and lateral force on the wheel, kN.
 fn columns(c: &ContactForce) -> [f64; 9] {
     [
         1e3 * c.place.wheel,
@@ -191,8 +188,7 @@ fn columns(c: &ContactForce) -> [f64; 9] {
 }
 
 /// A table of an independent program for this bogie on a head whose arcs meet 20.8 and 52.0 mm apart: within 2 % and
-/// the last digit that is
-/// printed.
+/// the last digit that is printed.
 #[test]
 fn published_example_is_met() {
     let rail = rail_head("arcs", &[300e-3, 80e-3, 13e-3], &[20.8e-3, 52.0e-3], 20.0).unwrap();

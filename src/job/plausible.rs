@@ -1,10 +1,9 @@
 //! Values that the program takes but that were probably meant otherwise: another unit, per cent, a diameter.
 //!
 //! A key has a line in `USUAL`: its dotted path in the resolved job (`*` stands for any one segment, also an index),
-//! what it is, the magnitudes that are
-//! usual, and the units in which it is often given by mistake. Everything found is a warning and never an error;
-//! where a run ends with an error these
-//! warnings come with it, since they may be the reason.
+//! what it is, the magnitudes that are usual, and the units in which it is often given by mistake. Everything found is
+//! a warning and never an error; where a run ends with an error these warnings come with it, since they may be the
+//! reason.
 
 use super::contact_frames::contact_frames;
 use super::model::*;

@@ -74,8 +74,7 @@ pub fn uic60() -> Result<RunningProfile> {
 }
 
 /// A symmetric rail head of arcs that meet tangentially: radii from the crown outwards, m; the widths at which they
-/// meet, m; and straight
-/// sides that fall by `side` for each unit of width, down to 30 mm below the crown.
+/// meet, m; and straight sides that fall by `side` for each unit of width, down to 30 mm below the crown.
 pub(crate) fn rail_head(name: &str, radii: &[f64], widths: &[f64], side: f64) -> Result<RunningProfile> {
     let mut centre = [0.0, radii[0]];
     let mut half = Vec::new();

@@ -128,8 +128,7 @@ fn meet_rail(rail: &RunningProfile, start: Vector, direction: Vector) -> Option<
 }
 
 /// The gap on the lines x and y of a grid (program's frame, m) at first touch. Within `bounds` the wheel's profile
-/// belongs to this contact;
-/// beyond them it is open.
+/// belongs to this contact; beyond them it is open.
 pub(super) fn gap(pair: &WheelOverRail, frame: &Frame, [x, y]: [&[f64]; 2], bounds: Option<[f64; 2]>) -> Result<Gap> {
     let normal = frame.normal();
     let mut found =

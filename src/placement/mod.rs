@@ -159,8 +159,7 @@ pub struct WheelPlacement {
     /// Position of the wheel.
     pub position: Position,
     /// Position on the wheel's profile near which the contact is, of a wheel that touches at several places. Without it
-    /// the place of
-    /// first touch is taken.
+    /// the place of first touch is taken.
     pub near: Option<f64>,
 }
 

@@ -13,9 +13,8 @@ const APART: f64 = 2.5e-3;
 const WELL_APART: f64 = 3.5e-3;
 
 /// Height of the ridge between a place and a nearer one above the place from which on it counts in full, m. Below it
-/// the place is about to
-/// become a shoulder of the other one, and its load fades: it would jump otherwise, and there would be radii without an
-/// equilibrium.
+/// the place is about to become a shoulder of the other one, and its load fades: it would jump otherwise, and there
+/// would be radii without an equilibrium.
 const PROMINENT: f64 = 1.5e-6;
 
 /// Half of the width over which the curvature across the track is averaged, m: arcs of a profile change their radius
@@ -153,8 +152,7 @@ impl MovableWheel {
 }
 
 /// Share of its own force that the place `here` has beside the place `nearer`, which is nearer to the rail: by the
-/// ridge between them and by
-/// their distance, both smoothly from 0 to 1.
+/// ridge between them and by their distance, both smoothly from 0 to 1.
 fn prominence(pair: &WheelOverRail, nearer: &Close, here: &Close) -> f64 {
     let [from, to] = [nearer, here].map(|c| c.lowest.wheel_y);
     let apart = (to - from).abs();
@@ -172,8 +170,7 @@ fn prominence(pair: &WheelOverRail, nearer: &Close, here: &Close) -> f64 {
 /// Curvatures of the gap along and across the track, 1/m.
 ///
 /// The distance D(y) of the lowest line to the rail is the gap minimised over x, so that D″ = h_yy − h_xy²/h_xx; D″ is
-/// averaged
-/// over the change of the slopes either side of the place.
+/// averaged over the change of the slopes either side of the place.
 fn averaged(pair: &WheelOverRail, close: &Close) -> [f64; 2] {
     let (h, _) = pair.curvatures(close);
     let along = h[0][0].max(FLAT);
@@ -216,8 +213,7 @@ pub(super) fn bring_to_front(minima: &mut [Close], near: f64) -> Result<()> {
 }
 
 /// The part of the wheel's profile that belongs to the first of `minima`, m, as far as the ridges towards other places
-/// that may carry
-/// load beside it; none without any.
+/// that may carry load beside it; none without any.
 pub(super) fn bounds(pair: &WheelOverRail, minima: &[Close]) -> Option<[f64; 2]> {
     let (first, rest) = minima.split_first()?;
     let here = first.lowest.wheel_y;

@@ -1,11 +1,11 @@
 //! The rail 49E1 of EN 13674-1 (S49).
 //!
-//! The head runs on arcs of 300, 80 and 13 mm that meet tangentially 15.267 and 46.835 mm apart, with sides of
-//! 1:17.2. Below it: fishing faces of 1:3 that meet the middle 51.5 mm below the crown and 27.5 mm above the
-//! underside; fillets of 7 mm; web sides of 80 mm above 82 mm and 120 mm below 52 mm, 14 mm apart between; the foot
-//! 1:7.81, 10.5 mm thick at its tips.
-//! Arcs, slopes and fillets are those of EN 13674-1:2017 as A. Rohrbeck's package EN13674 (github rohrbecka/EN13674)
-//! has them; the outline is drawn from them to 0.01 mm, with sharp edges where the foot's underside is rounded.
+//! The head runs on arcs of 300, 80 and 13 mm that meet tangentially 15.267 and 46.835 mm apart, with sides of 1:17.2.
+//! Below it: fishing faces of 1:3 that meet the middle 51.5 mm below the crown and 27.5 mm above the underside; fillets
+//! of 7 mm; web sides of 80 mm above 82 mm and 120 mm below 52 mm, 14 mm apart between; the foot 1:7.81, 10.5 mm thick
+//! at its tips. Arcs, slopes and fillets are those of EN 13674-1:2017 as A. Rohrbeck's package EN13674 (github
+//! rohrbecka/EN13674) has them; the outline is drawn from them to 0.01 mm, with sharp edges where the foot's underside
+//! is rounded.
 
 use super::{Head, Published, Rail};
 

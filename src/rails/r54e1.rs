@@ -3,9 +3,9 @@
 //! The head runs on arcs of 300, 80 and 13 mm that meet tangentially 20.024 and 49.727 mm apart, with sides of 1:20.
 //! Below it: fishing faces of 1:2.75 that meet the middle 49.4 mm below the crown and 30.2 mm above the underside;
 //! fillets of 8 and 22 mm above and 16 mm below; web sides of 508 mm, 16 mm apart at 76.2 mm; the foot 1:10, 11 mm
-//! thick at its tips.
-//! Arcs, slopes and fillets are those of EN 13674-1:2017 as A. Rohrbeck's package EN13674 (github rohrbecka/EN13674)
-//! has them; the outline is drawn from them to 0.01 mm, with sharp edges where the foot's underside is rounded.
+//! thick at its tips. Arcs, slopes and fillets are those of EN 13674-1:2017 as A. Rohrbeck's package EN13674 (github
+//! rohrbecka/EN13674) has them; the outline is drawn from them to 0.01 mm, with sharp edges where the foot's underside
+//! is rounded.
 
 use super::{Head, Published, Rail};
 

@@ -1,8 +1,8 @@
 //! The rail 60E1 of EN 13674-1.
 //!
 //! The head runs on arcs of 300, 80 and 13 mm that meet tangentially 20.456 mm and 52.053 mm apart, with sides of 1:20
-//! (EN 13674-1). The rest of the
-//! outline is that of the program Rolland (M. Mantel, github mantelmax/rolland, BSD-3-Clause), made symmetric.
+//! (EN 13674-1). The rest of the outline is that of the program Rolland (M. Mantel, github mantelmax/rolland,
+//! BSD-3-Clause), made symmetric.
 
 use super::{Head, Published, Rail};
 

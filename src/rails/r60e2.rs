@@ -1,11 +1,11 @@
 //! The rail 60E2 of EN 13674-1.
 //!
-//! The head runs on arcs of 200, 70, 16 and 8 mm that meet tangentially 23.778, 48.913 and 70.774 mm apart, with
-//! sides of 1:20. Below it: fishing faces of 1:2.75 that meet the middle 51 mm below the crown and 31.5 mm above the
-//! underside; fillets of 7 and 35 mm; web sides of 120 mm, 16.5 mm apart from 60.25 to 92.25 mm; the foot 1:14, 11.5
-//! mm thick at its tips.
-//! Arcs, slopes and fillets are those of EN 13674-1:2017 as A. Rohrbeck's package EN13674 (github rohrbecka/EN13674)
-//! has them; the outline is drawn from them to 0.01 mm, with sharp edges where the foot's underside is rounded.
+//! The head runs on arcs of 200, 70, 16 and 8 mm that meet tangentially 23.778, 48.913 and 70.774 mm apart, with sides
+//! of 1:20. Below it: fishing faces of 1:2.75 that meet the middle 51 mm below the crown and 31.5 mm above the
+//! underside; fillets of 7 and 35 mm; web sides of 120 mm, 16.5 mm apart from 60.25 to 92.25 mm; the foot 1:14, 11.5 mm
+//! thick at its tips. Arcs, slopes and fillets are those of EN 13674-1:2017 as A. Rohrbeck's package EN13674 (github
+//! rohrbecka/EN13674) has them; the outline is drawn from them to 0.01 mm, with sharp edges where the foot's underside
+//! is rounded.
 
 use super::{Head, Published, Rail};
 

@@ -79,12 +79,11 @@ pub fn student_quantile(p: f64, freedom: f64) -> f64 {
 const FEW: usize = 10;
 
 /// The share of `hits`, its interval and how it was made. With `replicates` above 1 the samples stand one replicate
-/// after the other, and replicates are independent of each other; points of one are not. Their spread, which is
-/// smaller than that of independent points, gives the interval, unless fewer than ten samples lie on one side: then it
-/// may vanish by accident, and Wilson's interval is taken, which is too wide rather than too narrow. Where replicates
-/// agree in each hit, one in R of them might still differ by a hit in n: half the width is −ln(1 − confidence) samples
-/// at least (the rule of three). A hit that is
-/// `None` is of a sample that is not known and left out.
+/// after the other, and replicates are independent of each other; points of one are not. Their spread, which is smaller
+/// than that of independent points, gives the interval, unless fewer than ten samples lie on one side: then it may
+/// vanish by accident, and Wilson's interval is taken, which is too wide rather than too narrow. Where replicates agree
+/// in each hit, one in R of them might still differ by a hit in n: half the width is −ln(1 − confidence) samples at
+/// least (the rule of three). A hit that is `None` is of a sample that is not known and left out.
 pub fn share(hits: &[Option<bool>], replicates: usize, confidence: f64) -> (f64, [f64; 2], IntervalMethod) {
     let known: Vec<bool> = hits.iter().flatten().copied().collect();
     let yes = known.iter().filter(|h| **h).count();

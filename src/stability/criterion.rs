@@ -19,12 +19,11 @@
 //! λ² + Cλ + K − ψᵀ (1 − Z A)⁻¹ Z ψ = 0,
 //!
 //! of which the equation above is the one with the column of the mean normal motion alone in Z. Z and A are taken at
-//! the eigenvalue that is to be explained, so that it solves the equation as far as the equation is right: of one
-//! mode then σ = −c/2 + Im F/(2ω), with the forces F that Z and A make, whatever share others have in the motion.
-//! Of several contact patches each has its own functions 1, x and y; κ is then the sum over the patches, and H that of
-//! the patch which the mode moves most along its normal.
-//! What rotation and damping couple directly to other modes is in ψ and K. Neglected is the rest of the motion over
-//! the contact alone: nothing where the compliance is `"hybrid"`.
+//! the eigenvalue that is to be explained, so that it solves the equation as far as the equation is right: of one mode
+//! then σ = −c/2 + Im F/(2ω), with the forces F that Z and A make, whatever share others have in the motion. Of several
+//! contact patches each has its own functions 1, x and y; κ is then the sum over the patches, and H that of the patch
+//! which the mode moves most along its normal. What rotation and damping couple directly to other modes is in ψ and K.
+//! Neglected is the rest of the motion over the contact alone: nothing where the compliance is `"hybrid"`.
 
 use super::reduced::{contact_rows, participation, BodyView, ContactRows, Eigenpair};
 use crate::contact::{LinearContact, Tangent};

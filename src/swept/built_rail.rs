@@ -2,8 +2,7 @@
 //! mapped onto the outline.
 //!
 //! The upper side of the head's block is the running surface. It ends on the arc of the corner, or, of a contact on
-//! that arc or on the face below,
-//! nearer to the crown, so that the contact lies within a side of the block.
+//! that arc or on the face below, nearer to the crown, so that the contact lies within a side of the block.
 
 use super::builtin::{Focus, SectionLines};
 use super::{Beam, CrossSection, HeadPoint, Path};
@@ -59,8 +58,7 @@ fn on_line(line: &[[f64; 2]], part: f64) -> [f64; 2] {
 }
 
 /// A block that is symmetric about y = 0: its lines of the mesh reach from −`half` to `half`; lower and upper side are
-/// given for s ≥ 0, its right
-/// side from 0, below, to 1, m.
+/// given for s ≥ 0, its right side from 0, below, to 1, m.
 struct Block<'b> {
     half: f64,
     lower: &'b dyn Fn(f64) -> [f64; 2],
@@ -274,8 +272,7 @@ impl BuiltRail {
     }
 
     /// The section with the groups `foot`, its lower side, and `head`, the running line, in the frame of the surface at
-    /// the contact point. The
-    /// running line of a contact on the corner goes on down the faces.
+    /// the contact point. The running line of a contact on the corner goes on down the faces.
     pub fn section(&self, focus: Focus) -> Result<CrossSection> {
         let (rail, corner) = (self.rail, self.on_corner());
         let wide = rail.head.to_angle(CORNER);
@@ -323,8 +320,7 @@ impl BuiltRail {
 }
 
 /// The edges at `s` across on the lines of the mesh from the height `top` on, upwards: first, last and middle node.
-/// `at` has the place of each node
-/// on the lines.
+/// `at` has the place of each node on the lines.
 fn side(section: &CrossSection, at: &[[f64; 2]], [top, s]: [f64; 2]) -> Vec<[usize; 3]> {
     let on = |&k: &usize| at[k][1] == s && at[k][0] >= top;
     let edges = section.elements.iter().flat_map(|e| e.kind.edges().iter().map(|edge| edge.map(|k| e.nodes[k])));

@@ -32,8 +32,7 @@ impl Focus {
     }
 
     /// Lines from the first to the last of `breaks`, m, all of which are lines; `at` are the places of the contact,
-    /// `corners` those of singular
-    /// stresses.
+    /// `corners` those of singular stresses.
     pub(super) fn lines(&self, breaks: &[f64], at: &[f64], corners: &[f64]) -> Vec<f64> {
         let size = |x: f64| {
             let contact = at.iter().map(|a| self.near((x - a).abs())).fold(f64::INFINITY, f64::min);

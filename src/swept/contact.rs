@@ -1,14 +1,10 @@
 //! Contact of a section: the spots of its surface that carry the loads of the contact, and the frame of these loads.
 //!
 //! A section whose running line is that of the profile has one spot, in the tangent plane of the surface there. Where
-//! the
-//! section is a stand-in with a sharp corner in place of the flange root, two spots share the loads: one on the tread,
-//! one
-//! on the face of the flange. The load is then Σ s_i L_i, Σ s_i = 1, with the loads L_i of the spots turned into one
-//! frame.
-//! Its mean displacement under itself is Σ s_i s_j ⟨L_i, u(L_j)⟩; that of a half-space, which the contact has beside
-//! it, is
-//! part of the terms i = j alone, with the factor s_i².
+//! the section is a stand-in with a sharp corner in place of the flange root, two spots share the loads: one on the
+//! tread, one on the face of the flange. The load is then Σ s_i L_i, Σ s_i = 1, with the loads L_i of the spots turned
+//! into one frame. Its mean displacement under itself is Σ s_i s_j ⟨L_i, u(L_j)⟩; that of a half-space, which the
+//! contact has beside it, is part of the terms i = j alone, with the factor s_i².
 //!
 //! A contact lies at the angle θ_c about the axle, or at x_c along a line. With θ = θ_c + θ′ the two families of an
 //! order n are those about the contact, turned by nθ_c: F_0 = cos nθ_c F_0′ − sin nθ_c F_1′, F_1 = sin nθ_c F_0′ +

@@ -18,9 +18,8 @@ fn run(job: Value) -> Vec<(f64, Complex64, f64)> {
 }
 
 /// A wheel that turns on a rail with fewer modes than `jobs/wheel-at-given-yaw.json` keeps, and two cylinders of finite
-/// elements as in `jobs/curve.json`, at rest
-/// and rolling, on coarse meshes: within 1 % of the eigenvalue where that grows, and of what is not its own damping
-/// where it decays.
+/// elements as in `jobs/curve.json`, at rest and rolling, on coarse meshes: within 1 % of the eigenvalue where that
+/// grows, and of what is not its own damping where it decays.
 #[test]
 fn growth_in_closed_form_is_that_of_the_eigenvalues() {
     let mut wheel = job("wheel-at-given-yaw.json");

@@ -23,8 +23,7 @@ pub struct Body {
     pub matrices: Option<super::Matrices>,
     /// Damping: Rayleigh's, or loss factors of the modes. Default: none; of wheels loss factors by nodal diameters,
     /// 0.002, 0.02 and 0.0002 for n = 0, 1 and more. Wheels are bodies with a built-in wheel section (W920S, `wheel`),
-    /// and
-    /// the upper body of a `contact.placement` that is swept from a section or is a mesh file that turns.
+    /// and the upper body of a `contact.placement` that is swept from a section or is a mesh file that turns.
     #[serde(default)]
     pub damping: Damping,
     /// Measured frequencies and damping of modes, in place of computed ones.

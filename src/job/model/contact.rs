@@ -55,8 +55,7 @@ pub struct Contact {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub placement: Option<super::Placement>,
     /// The wheel of `vehicle` in `curve` whose contact this is: load, speed, position and creepages are then those of
-    /// the equilibrium in the
-    /// curve. Default, where both are given: the leading inner wheel.
+    /// the equilibrium in the curve. Default, where both are given: the leading inner wheel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub from: Option<super::ContactOfWheel>,
     /// True once load and position are those of the equilibrium in the curve, and no longer stand-ins.
@@ -138,8 +137,7 @@ pub struct ContactPoint {
 
 impl Contact {
     /// Fills in what follows from the wheel that is named, with stand-ins until the equilibrium in the curve is known.
-    /// The keys that are given beside
-    /// it are the faults.
+    /// The keys that are given beside it are the faults.
     pub(crate) fn stand_in(&mut self, curve: &super::Curve, vehicle: &super::VehicleData) -> Vec<String> {
         let given = [
             ("normal_load", self.normal_load.is_some()),

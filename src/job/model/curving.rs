@@ -115,8 +115,7 @@ pub struct VehicleData {
     #[schemars(extend("unit" = "N m"))]
     pub torque: [f64; 2],
     /// Height of the centre of gravity above the rails, m, by which a lateral force of the curve shifts load from one
-    /// rail to the other. Needed where the
-    /// curve has a cant deficiency.
+    /// rail to the other. Needed where the curve has a cant deficiency.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub centre_of_gravity: Option<f64>,

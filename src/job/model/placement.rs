@@ -149,8 +149,7 @@ pub struct Placement {
     #[schemars(extend("unit" = "1/m"))]
     pub curvature: f64,
     /// Position on the profile of the wheel near which the contact is, to the field side of the running circle, of a
-    /// wheel that touches the rail at
-    /// several places. Default: the place that touches first.
+    /// wheel that touches the rail at several places. Default: the place that touches first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m"))]
     pub touch_near: Option<f64>,

@@ -12,8 +12,7 @@ pub struct Revolved {
     /// The section, by the name of a built-in one.
     pub section: Section,
     /// Distance of the contact point, and of the apex of a crown, from the mid-plane (of W920S: from that of its web;
-    /// of
-    /// `wheel`: from its running circle; of a file: from its x = 0), towards +y, m.
+    /// of `wheel`: from its running circle; of a file: from its x = 0), towards +y, m.
     #[serde(default)]
     #[schemars(extend("unit" = "m"))]
     pub contact_offset: f64,

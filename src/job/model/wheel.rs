@@ -16,8 +16,7 @@ pub enum Web {
 }
 
 /// Wheel by its main dimensions. y is the distance from the running circle along the axle towards the flange; the back
-/// of
-/// the flange is at y = 70 mm. It has the group `bore`.
+/// of the flange is at y = 70 mm. It has the group `bore`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct WheelDimensions {

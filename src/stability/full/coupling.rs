@@ -277,8 +277,7 @@ impl CouplingMatrices {
 
     /// The transposed of what the contact adds to the matrix of this power of λ in units of `stiffness` (N/m) and
     /// `rate` (1/s), with `unit` the factor of that matrix: applied to the motion `z` of the rows, the weights `r` of
-    /// the closed nodes and `f` of
-    /// the rows of friction.
+    /// the closed nodes and `f` of the rows of friction.
     pub fn transposed(
         &self,
         power: usize,

@@ -2,8 +2,7 @@
 //!
 //! Without friction and rotation the system is symmetric but for the sign of the pressures, so that the right vectors
 //! around a shift span a space in which the left ones nearly lie. What is missing is corrected by inverse iteration
-//! with the
-//! residuals.
+//! with the residuals.
 
 use super::pairs::FullEigenpair;
 use super::system::System;

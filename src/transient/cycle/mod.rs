@@ -254,9 +254,8 @@ impl Walk<'_, '_, '_> {
     }
 
     /// Lets fast parts of the motion go for a window and looks at two more, and at the crossings of the section in the
-    /// last one. None where the motion has become another one.
-    /// From the look `number` on windows are let go that differ in length: a beat would look the same each time if
-    /// looks were as long as some of its periods.
+    /// last one. None where the motion has become another one. From the look `number` on windows are let go that differ
+    /// in length: a beat would look the same each time if looks were as long as some of its periods.
     fn look(&mut self, number: usize) -> Result<Option<GrowthSample>> {
         let part = if number < LOOKS { 1.0 } else { 0.5 + (number as f64 * GOLDEN).fract() };
         for _ in 0..(part * self.window() as f64).round() as usize {
