@@ -101,8 +101,13 @@ impl CurvingVehicle {
     /// # Errors
     /// As [`CurvingProblem::solve`]; profiles that cannot be read.
     pub fn from_job(job: &Job) -> Result<Self> {
+        Self::near(job, None)
+    }
+
+    /// The vehicle of `job` in its curve, looked for near that of a similar job first. For one rank.
+    fn near(job: &Job, similar: Option<&CurvingSolution>) -> Result<Self> {
         let (problem, notes) = problem(job)?;
-        let solution = problem.solve()?;
+        let solution = problem.solve_near(similar)?;
         Ok(Self { problem, solution, notes })
     }
 
@@ -281,9 +286,13 @@ impl CurvingVehicle {
 /// # Errors
 /// As [`CurvingVehicle::from_job`], for the job's own curve.
 pub fn resolve(world: &World, job: &mut Job) -> Result<()> {
-    settle(world, job)?;
+    let own = needs_equilibrium(job).then(|| job.clone());
+    let found = settle(world, job)?;
     super::contact_places::settle(world, job)?;
     let Some(mut plan) = job.sweep.take() else { return Ok(()) };
+    // In the same curve with another friction the vehicle stands nearly as it does in the job itself. No point starts
+    // from another one: so none depends on which others there are.
+    let runs_alike = |point: &Job| own.as_ref().is_some_and(|own| same_but_for_friction(own, point));
     // Neighbouring points mostly share their curve.
     let mut known: Vec<(serde_json::Value, Job)> = vec![(inputs(job), job.clone())];
     for point in plan.points.iter_mut().filter(|p| needs_equilibrium(p)) {
@@ -292,7 +301,8 @@ pub fn resolve(world: &World, job: &mut Job) -> Result<()> {
             point.contact.clone_from(&same.contact.as_ref().map(|c| taken(c, point)));
             continue;
         }
-        if settle(world, point).is_ok() {
+        let similar = found.as_ref().filter(|_| runs_alike(point));
+        if settle_near(world, point, similar).is_ok() {
             known.push((wanted, point.clone()));
         }
     }
@@ -324,21 +334,38 @@ fn inputs(job: &Job) -> serde_json::Value {
     json!([job.curve, job.vehicle, contact, body(&job.bodies.lower), body(&job.bodies.upper)])
 }
 
-/// Collective: puts the contact of `job` where the wheel stands that it names, if it does not yet.
-pub(crate) fn settle(world: &World, job: &mut Job) -> Result<()> {
+/// True if the vehicles of both jobs stand in their curves alike, but for what friction makes of it.
+fn same_but_for_friction(a: &Job, b: &Job) -> bool {
+    let others = |job: &Job| {
+        let body = |b: &Option<job::Body>| b.as_ref().map(|b| (b.profile.clone(), b.material.clone()));
+        json!([job.curve, job.vehicle, body(&job.bodies.lower), body(&job.bodies.upper)])
+    };
+    others(a) == others(b)
+}
+
+/// Collective: puts the contact of `job` where the wheel stands that it names, if it does not yet. Returns the
+/// equilibrium on rank 0, where one was looked for.
+pub(crate) fn settle(world: &World, job: &mut Job) -> Result<Option<CurvingSolution>> {
+    settle_near(world, job, None)
+}
+
+/// The same, with the equilibrium looked for near a `similar` one, that of rank 0, first.
+fn settle_near(world: &World, job: &mut Job, similar: Option<&CurvingSolution>) -> Result<Option<CurvingSolution>> {
     if !needs_equilibrium(job) {
-        return Ok(());
+        return Ok(None);
     }
     let found = world.on_root(|| {
-        let curving = CurvingVehicle::from_job(job)?;
+        let curving = CurvingVehicle::near(job, similar)?;
         let contacts = job.contact.as_ref().map_or(Ok(Vec::new()), |c| curving.contacts(c))?;
-        serde_json::to_vec(&contacts).map_err(|e| Error::Defect(format!("contact in a curve: {e}")))
+        let bytes = serde_json::to_vec(&contacts).map_err(|e| Error::Defect(format!("contact in a curve: {e}")))?;
+        Ok((bytes, curving.solution))
     })?;
-    let bytes = world.broadcast(found.unwrap_or_default());
+    let (bytes, solution) = found.unzip();
+    let bytes = world.broadcast(bytes.unwrap_or_default());
     let contacts: Vec<job::Contact> =
         serde_json::from_slice(&bytes).map_err(|e| Error::Defect(format!("contact in a curve: {e}")))?;
     let mut settled = contacts.into_iter().map(|c| job::Contact { in_equilibrium: true, ..c });
-    let Some(first) = settled.next() else { return Ok(()) };
+    let Some(first) = settled.next() else { return Ok(solution) };
     job.contact = Some(job::Contact { further: settled.collect(), ..first });
-    Ok(())
+    Ok(solution)
 }

@@ -241,18 +241,16 @@ impl WheelPlacement {
         let middle = rail.local(if rail.contains(0.0) { 0.0 } else { rail.top() }).z;
         let (rail, rail_shift, crown) = self.rail_in_track(rail)?;
         let sign = self.side.sign();
-        let mut pair = WheelOverRail {
-            wheel: WheelPose {
-                profile: wheel.clone(),
-                radius: self.radius,
-                offset: 0.5 * self.circles,
-                lateral: 0.0,
-                yaw: 0.0,
-                roll: 0.0,
-                height: 0.0,
-            },
-            rail,
+        let pose = WheelPose {
+            profile: wheel.clone(),
+            radius: self.radius,
+            offset: 0.5 * self.circles,
+            lateral: 0.0,
+            yaw: 0.0,
+            roll: 0.0,
+            height: 0.0,
         };
+        let mut pair = WheelOverRail::new(pose, rail);
         match self.position {
             Position::Shift { lateral, yaw, roll } => {
                 (pair.wheel.lateral, pair.wheel.yaw, pair.wheel.roll) = (sign * lateral, sign * yaw, sign * roll);

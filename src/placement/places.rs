@@ -96,7 +96,7 @@ impl MovableWheel {
             roll: 0.0,
             height: 0.0,
         };
-        Ok(Self { side: track.side, pair: WheelOverRail { wheel, rail }, rail_shift })
+        Ok(Self { side: track.side, pair: WheelOverRail::new(wheel, rail), rail_shift })
     }
 
     /// The side of the track.
@@ -157,8 +157,8 @@ fn prominence(pair: &WheelOverRail, nearer: &Close, here: &Close) -> f64 {
     let [from, to] = [nearer, here].map(|c| c.lowest.wheel_y);
     let apart = (to - from).abs();
     let steps = (apart / SCAN_STEP).ceil() as usize;
-    let at =
-        |k: usize| pair.close(from + (to - from) * k as f64 / steps as f64).map_or(f64::NEG_INFINITY, |c| c.distance);
+    let close = pair.closing();
+    let at = |k: usize| close(from + (to - from) * k as f64 / steps as f64).map_or(f64::NEG_INFINITY, |c| c.distance);
     let ridge = (1..steps).map(at).fold(here.distance, f64::max);
     let smooth = |t: f64| {
         let t = t.clamp(0.0, 1.0);
@@ -175,7 +175,8 @@ fn averaged(pair: &WheelOverRail, close: &Close) -> [f64; 2] {
     let (h, _) = pair.curvatures(close);
     let along = h[0][0].max(FLAT);
     let opening = |c: Close| c.rail_slope.atan() - c.lowest.slope.atan();
-    let beside = [-AVERAGED, AVERAGED].map(|d| pair.close(close.lowest.wheel_y + d));
+    let closing = pair.closing();
+    let beside = [-AVERAGED, AVERAGED].map(|d| closing(close.lowest.wheel_y + d));
     let across = match beside {
         [Some(left), Some(right)] => {
             let [a, b] = [left, right].map(|c| c.lowest.point);
@@ -219,11 +220,12 @@ pub(super) fn bounds(pair: &WheelOverRail, minima: &[Close]) -> Option<[f64; 2]>
     let here = first.lowest.wheel_y;
     let rivals =
         rest.iter().filter(|c| (c.lowest.wheel_y - here).abs() >= APART && c.distance - first.distance < MAY_CLOSE);
+    let close = pair.closing();
     let mut bounds = [f64::NEG_INFINITY, f64::INFINITY];
     for there in rivals.map(|c| c.lowest.wheel_y) {
         let steps = ((there - here).abs() / RIDGE_STEP).ceil() as usize;
         let at = |k: usize| here + (there - here) * k as f64 / steps as f64;
-        let height = |y: f64| pair.close(y).map_or(f64::NEG_INFINITY, |c| c.distance);
+        let height = |y: f64| close(y).map_or(f64::NEG_INFINITY, |c| c.distance);
         let ridge = (1..steps).map(at).max_by(|&a, &b| height(a).total_cmp(&height(b))).unwrap_or(0.5 * (here + there));
         match there < here {
             true => bounds[0] = bounds[0].max(ridge),

@@ -4,7 +4,7 @@
 //! middle of the track at the height of the rails' tops). A left-hand wheel is the mirror image, y → −y, with lateral
 //! shift, yaw and roll reversed.
 
-use super::profile::RunningProfile;
+use super::profile::{Local, RunningProfile};
 
 /// Vector of the track frame.
 pub(super) type Vector = [f64; 3];
@@ -50,6 +50,17 @@ pub(super) struct LowestPoint {
     pub slope: f64,
 }
 
+/// Directions and centre of a wheel in the track.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Orientation {
+    /// Rotation from the frame of the wheelset to that of the track, `[row][column]`.
+    rotation: [Vector; 3],
+    /// tan ψ of the yaw.
+    yaw_slope: f64,
+    /// Middle of the axle, m.
+    centre: Vector,
+}
+
 impl WheelPose {
     /// Rotation from the frame of the wheelset to that of the track, roll after yaw, `[row][column]`.
     pub fn rotation(&self) -> [Vector; 3] {
@@ -78,24 +89,34 @@ impl WheelPose {
         self.radius + self.profile.local(y).z
     }
 
+    /// Directions and centre of the wheel in the track.
+    pub fn orientation(&self) -> Orientation {
+        Orientation { rotation: self.rotation(), yaw_slope: self.yaw.tan(), centre: self.centre() }
+    }
+
     /// The lowest point of the circle at `wheel_y` of the profile, seen along the track; none where the wheel is so
     /// steep and yawed so much that it has none.
+    pub fn lowest(&self, wheel_y: f64) -> Option<LowestPoint> {
+        self.lowest_by(&self.orientation(), wheel_y, &self.profile.local(wheel_y))
+    }
+
+    /// The same by the orientation of the wheel and the profile at `wheel_y`, which a search over many places finds
+    /// once.
     ///
     /// The outward normal (sin θ, −r′, cos θ) of a surface of revolution in its own frame has no component along the
     /// track where sin θ = −r′ tan ψ, whatever the roll.
-    pub fn lowest(&self, wheel_y: f64) -> Option<LowestPoint> {
-        let local = self.profile.local(wheel_y);
-        let r = self.rotation();
-        let s = -local.slope * self.yaw.tan();
+    pub fn lowest_by(&self, orientation: &Orientation, wheel_y: f64, local: &Local) -> Option<LowestPoint> {
+        let Orientation { rotation: r, yaw_slope, centre } = orientation;
+        let s = -local.slope * yaw_slope;
         if !(s.abs() < 1.0) {
             return None;
         }
         let c = (1.0 - s * s).sqrt();
         let radius = self.radius + local.z;
-        let turn = |v: Vector| [0, 1, 2].map(|k| dot(r[k], v));
+        let turn = |v: Vector| [dot(r[0], v), dot(r[1], v), dot(r[2], v)];
         let arm = turn([radius * s, self.offset + wheel_y, radius * c]);
         let normal = turn([s, -local.slope, c]);
-        Some(LowestPoint { wheel_y, point: along(self.centre(), 1.0, arm), slope: -normal[1] / normal[2] })
+        Some(LowestPoint { wheel_y, point: along(*centre, 1.0, arm), slope: -normal[1] / normal[2] })
     }
 
     /// Position on the profile and the distance, along `direction` from `start` (track frame, m), of the wheel's

@@ -1,7 +1,9 @@
 //! A profile: the height z over the lateral position y, of exact pieces.
 
 use crate::{Error, Result};
+use std::cell::Cell;
 use std::f64::consts::FRAC_PI_2;
+use std::sync::Arc;
 
 /// Slopes that differ by no more than this at a break are one tangent: drawings are given to so many digits.
 #[cfg(test)]
@@ -112,9 +114,9 @@ impl ProfilePiece {
 /// goes on straight; whoever asks there ([`RunningProfile::contains`]) decides whether that is allowed.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RunningProfile {
-    name: String,
-    breaks: Vec<f64>,
-    pieces: Vec<ProfilePiece>,
+    name: Arc<str>,
+    breaks: Arc<[f64]>,
+    pieces: Arc<[ProfilePiece]>,
 }
 
 impl RunningProfile {
@@ -128,7 +130,7 @@ impl RunningProfile {
         {
             return Err(Error::Defect(format!("profile {name}: {} pieces between {breaks:?} m", pieces.len())));
         }
-        Ok(Self { name, breaks, pieces })
+        Ok(Self { name: name.into(), breaks: breaks.into(), pieces: pieces.into() })
     }
 
     /// Name of the profile in messages: the name of a built-in one, the path of a file.
@@ -155,9 +157,20 @@ impl RunningProfile {
     /// Height, slope and second derivative at `y`, m; at a break those of the piece that begins there, outside the
     /// range those of the tangent at its end.
     pub fn local(&self, y: f64) -> Local {
+        self.local_from(y, &Cell::new(0))
+    }
+
+    /// The same, looked for from the piece `last` on, which becomes that of `y`.
+    pub(super) fn local_from(&self, y: f64, last: &Cell<usize>) -> Local {
         let [a, b] = self.range();
         let inside = y.clamp(a, b);
-        let i = self.breaks.partition_point(|&v| v <= inside).clamp(1, self.pieces.len()) - 1;
+        let holds = |i: &usize| *i < self.pieces.len() && self.breaks[*i] <= inside && inside < self.breaks[*i + 1];
+        let near = [last.get(), last.get() + 1];
+        let i = near
+            .into_iter()
+            .find(holds)
+            .unwrap_or_else(|| self.breaks.partition_point(|&v| v <= inside).clamp(1, self.pieces.len()) - 1);
+        last.set(i);
         let local = self.pieces[i].local(inside);
         if self.contains(y) {
             return local;
@@ -268,7 +281,7 @@ impl RunningProfile {
                 1e3 * w[0]
             )));
         }
-        Self::new(self.name.clone(), breaks, pieces)
+        Self::new(self.name.to_string(), breaks, pieces)
     }
 }
 

@@ -1,8 +1,10 @@
 //! Search for the first point of contact of wheel and rail, and for further ones.
 
 use super::pose::{along, dot, LowestPoint, Vector, WheelPose};
-use super::profile::RunningProfile;
+use super::profile::{Local, RunningProfile};
 use crate::{Error, Result};
+use std::cell::Cell;
+use std::sync::Arc;
 
 /// Distance of the places on the wheel's profile at which the gap is looked at first, m.
 const STEP: f64 = 1e-4;
@@ -40,17 +42,39 @@ pub(super) struct WheelOverRail {
     pub wheel: WheelPose,
     /// The rail in the track frame.
     pub rail: RunningProfile,
+    /// Places y on the wheel's profile at which the gap is looked at first, m, and the profile there.
+    scan: Arc<[(f64, Local)]>,
 }
 
 impl WheelOverRail {
+    /// Wheel and rail, both in the track frame.
+    pub fn new(wheel: WheelPose, rail: RunningProfile) -> Self {
+        let scan = wheel.profile.nodes(STEP).into_iter().map(|y| (y, wheel.profile.local(y))).collect();
+        Self { wheel, rail, scan }
+    }
+
     /// The point of the wheel's lowest line at `wheel_y` with its distance to the rail; none beside the rail.
     pub fn close(&self, wheel_y: f64) -> Option<Close> {
-        let lowest = self.wheel.lowest(wheel_y)?;
-        let y = lowest.point[1];
-        self.rail.contains(y).then(|| {
-            let rail = self.rail.local(y);
-            Close { lowest, distance: rail.z - lowest.point[2], rail_slope: rail.slope }
-        })
+        self.closing()(wheel_y)
+    }
+
+    /// [`close`](Self::close) for many places of the wheel as it stands.
+    pub fn closing(&self) -> impl Fn(f64) -> Option<Close> + '_ {
+        let (by, last) = (self.closing_by(), Cell::new(0));
+        move |wheel_y| by(wheel_y, &self.wheel.profile.local_from(wheel_y, &last))
+    }
+
+    /// The same with the wheel's profile at each place.
+    fn closing_by(&self) -> impl Fn(f64, &Local) -> Option<Close> + '_ {
+        let (orientation, last) = (self.wheel.orientation(), Cell::new(0));
+        move |wheel_y, local| {
+            let lowest = self.wheel.lowest_by(&orientation, wheel_y, local)?;
+            let y = lowest.point[1];
+            self.rail.contains(y).then(|| {
+                let rail = self.rail.local_from(y, &last);
+                Close { lowest, distance: rail.z - lowest.point[2], rail_slope: rail.slope }
+            })
+        }
     }
 
     /// Places where the vertical distance of wheel and rail has a minimum, the closest first.
@@ -59,7 +83,8 @@ impl WheelOverRail {
     /// Wheel and rail that do not lie over each other; the closest place at the end of one of the profiles or at a
     /// corner.
     pub fn minima(&self) -> Result<Vec<Close>> {
-        let places: Vec<Option<Close>> = self.wheel.profile.nodes(STEP).into_iter().map(|y| self.close(y)).collect();
+        let (closing, close) = (self.closing_by(), self.closing());
+        let places: Vec<Option<Close>> = self.scan.iter().map(|(y, local)| closing(*y, local)).collect();
         let distance = |k: usize| places.get(k).copied().flatten().map(|c| c.distance);
         let Some(least) = (0..places.len()).filter_map(distance).min_by(f64::total_cmp) else {
             let wheel = self.wheel.profile.range().map(|y| self.wheel.lowest(y).map_or(f64::NAN, |l| 1e3 * l.point[1]));
@@ -78,7 +103,7 @@ impl WheelOverRail {
             let (before, after) = (k.checked_sub(1).and_then(distance), distance(k + 1));
             match (before, after) {
                 (Some(a), Some(b)) if here.distance < a && here.distance <= b => {
-                    found.extend(self.refine(places[k - 1], places[k + 1]));
+                    found.extend(refine(&close, places[k - 1], places[k + 1]));
                 }
                 (Some(_), Some(_)) => {}
                 _ if here.distance == least => {
@@ -106,27 +131,9 @@ impl WheelOverRail {
         Ok(found)
     }
 
-    /// The minimum between two neighbouring places: where the slopes of wheel and rail are equal, found by halving,
-    /// which neither corners nor jumps of the curvature disturb.
-    fn refine(&self, from: Option<Close>, to: Option<Close>) -> Option<Close> {
-        let (mut low, mut high) = (from?.lowest.wheel_y, to?.lowest.wheel_y);
-        let falls = |c: &Close| c.rail_slope < c.lowest.slope;
-        for _ in 0..100 {
-            let middle = 0.5 * (low + high);
-            if !(low < middle && middle < high) {
-                break;
-            }
-            if falls(&self.close(middle)?) {
-                low = middle;
-            } else {
-                high = middle;
-            }
-        }
-        self.close(0.5 * (low + high))
-    }
-
     fn refuse_corner(&self, at: &Close) -> Result<()> {
-        let near = |d: f64| self.close(at.lowest.wheel_y + d);
+        let close = self.closing();
+        let near = |d: f64| close(at.lowest.wheel_y + d);
         // At a smooth minimum both slopes are the same within curvature times this distance.
         let reach = 1e-8;
         let open = |c: Option<Close>| c.map_or(0.0, |c| (c.rail_slope.atan() - c.lowest.slope.atan()).abs());
@@ -172,12 +179,13 @@ impl WheelOverRail {
     /// overlaps the rail, cut into places of [`FINE_STEP`]: (place, overlap in m).
     fn overlap(&self, first: &Close, lowered: f64, bounds: Option<[f64; 2]>) -> Vec<(Close, f64)> {
         let [from, to] = bounds.unwrap_or([f64::NEG_INFINITY, f64::INFINITY]);
+        let close = self.closing();
         let side = |sign: f64| {
             let mut found = Vec::new();
             for k in 1..20_000 {
                 let y = first.lowest.wheel_y + sign * FINE_STEP * k as f64;
                 let inside = (from..=to).contains(&y) && self.wheel.profile.contains(y);
-                let place = inside.then(|| self.close(y)).flatten();
+                let place = inside.then(|| close(y)).flatten();
                 match place.map(|c| (c, lowered - (c.distance - first.distance))) {
                     Some((c, depth)) if depth > 0.0 => found.push((c, depth)),
                     _ => break,
@@ -255,6 +263,25 @@ impl WheelOverRail {
         };
         ([[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]], [rolling, across, head])
     }
+}
+
+/// The minimum between two neighbouring places: where the slopes of wheel and rail are equal, found by halving,
+/// which neither corners nor jumps of the curvature disturb.
+fn refine(close: &dyn Fn(f64) -> Option<Close>, from: Option<Close>, to: Option<Close>) -> Option<Close> {
+    let (mut low, mut high) = (from?.lowest.wheel_y, to?.lowest.wheel_y);
+    let falls = |c: &Close| c.rail_slope < c.lowest.slope;
+    for _ in 0..100 {
+        let middle = 0.5 * (low + high);
+        if !(low < middle && middle < high) {
+            break;
+        }
+        if falls(&close(middle)?) {
+            low = middle;
+        } else {
+            high = middle;
+        }
+    }
+    close(0.5 * (low + high))
 }
 
 fn refuse_approach(approach: f64) -> Result<()> {
