@@ -225,6 +225,47 @@ const SPEED: &str = "contact.speed";
 const KEYS: [&str; 6] =
     ["contact.friction", "contact.creepage.", "contact.normal_load", "contact.approach", SPEED, RADIUS];
 
+/// Likeness of a misspelt key to one of the job, from 0 to 1, above which that one is meant.
+const ALIKE: f64 = 0.8;
+
+/// True if `key` is `parent` or lies in it.
+fn is_within(key: &str, parent: &str) -> bool {
+    key == parent || key.strip_prefix(parent).is_some_and(|rest| parent.ends_with('.') || rest.starts_with('.'))
+}
+
+/// Question after the key of the job nearest to `key` that a branch may go along; nothing where none is like it.
+fn meant(job: &Job, key: &str) -> String {
+    let mut keys = Vec::new();
+    if let Some(Ok(contact)) = job.contact.as_ref().map(serde_json::to_value) {
+        number_keys(&contact, "contact", &mut keys);
+        keys.retain(|k| KEYS.iter().any(|parent| is_within(k, parent)));
+    }
+    for (name, body) in job.bodies() {
+        if let Ok(damping) = serde_json::to_value(&body.damping) {
+            number_keys(&damping, &format!("bodies.{name}.damping"), &mut keys);
+        }
+    }
+    keys.extend(job.curve.as_ref().map(|_| RADIUS.to_string()));
+    // Long keys that begin alike are no more alike for it: the word counts, and few letters.
+    let word = |k: &str| k.rsplit('.').next().map(str::to_string);
+    let like = |k: &String| match word(k) == word(key) {
+        true => 1.0,
+        false => strsim::normalized_damerau_levenshtein(key, k),
+    };
+    let near = keys.iter().map(|k| (like(k), k)).filter(|k| k.0 > ALIKE).max_by(|a, b| a.0.total_cmp(&b.0));
+    near.map_or_else(String::new, |(_, near)| format!("; did you mean \"{near}\"?"))
+}
+
+/// Adds the keys of all numbers in `value`, which has the key `key`.
+fn number_keys(value: &Value, key: &str, keys: &mut Vec<String>) {
+    match value {
+        Value::Number(_) => keys.push(key.into()),
+        Value::Object(all) => all.iter().for_each(|(k, v)| number_keys(v, &format!("{key}.{k}"), keys)),
+        Value::Array(all) => all.iter().enumerate().for_each(|(k, v)| number_keys(v, &format!("{key}.{k}"), keys)),
+        _ => {}
+    }
+}
+
 /// The faults of `analyses.cycles`.
 pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
     let mut faults = Vec::new();
@@ -233,13 +274,14 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
         faults.push(format!("analyses.stability: missing; {path} begins at its unstable mode, e.g. {{}}"));
     }
     let key = &wanted.along;
-    let fits = |k: &str| key == k || key.strip_prefix(k).is_some_and(|r| k.ends_with('.') || r.starts_with('.'));
+    let fits = |k: &str| is_within(key, k);
     let damping = damping_key(key);
     if !KEYS.iter().any(|k| fits(k)) && damping.is_none() {
         faults.push(format!(
             "{path}.along: found \"{key}\", expected a key that keeps modes and mesh: of contact friction, a number of \
              its law, creepage.longitudinal, creepage.lateral, creepage.spin, normal_load, approach or speed; a \
-             number of bodies.lower.damping or bodies.upper.damping; or curve.radius"
+             number of bodies.lower.damping or bodies.upper.damping; or curve.radius{}",
+            meant(job, key)
         ));
         return faults;
     }
@@ -248,7 +290,10 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
         faults.push(format!("{path}.along: found \"{key}\", expected the damping of a body with modes"));
     }
     match job.branch_number(key) {
-        None => faults.push(format!("{path}.along: found \"{key}\", expected a key that the job gives a number for")),
+        None => faults.push(format!(
+            "{path}.along: found \"{key}\", expected a key that the job gives a number for{}",
+            meant(job, key)
+        )),
         Some(here) if !(wanted.from <= here && here <= wanted.to && wanted.from < wanted.to) => faults.push(format!(
             "{path}.from, to: found {} to {}, expected a range around the job's own {key} = {here}",
             wanted.from, wanted.to

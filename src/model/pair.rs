@@ -10,6 +10,25 @@ use faer::{Mat, MatRef};
 use std::sync::Arc;
 
 /// Two bodies on one interface: combined compliance and modes.
+///
+/// ```
+/// use faer::Mat;
+/// use railsqueal::body::ReducedBody;
+/// use railsqueal::model::CoupledModel;
+///
+/// // One node that a mode of 100 Hz and 4 kg moves along x; all modes together yield by 1 µm/N there.
+/// let omega = 2.0 * std::f64::consts::PI * 100.0;
+/// let mode = Mat::from_fn(3, 1, |row, _| if row == 0 { 0.5 } else { 0.0 });
+/// let compliance = Mat::from_fn(3, 3, |i, j| if i == j { 1e-6 } else { 0.0 });
+/// let lower = ReducedBody::new(vec![omega], vec![2.0 * 0.01 * omega], mode, compliance);
+/// let rigid = ReducedBody::new(Vec::new(), Vec::new(), Mat::zeros(3, 0), Mat::zeros(3, 3));
+/// let model = CoupledModel::new(&lower, &rigid)?;
+/// assert_eq!((model.lower_modes, model.omega.len()), (1, 1));
+/// // What the mode does not bring is left to the residual compliance.
+/// let left = model.influence()[(0, 0)] - 0.25 / (omega * omega);
+/// assert!((model.residual[(0, 0)] - left).abs() < 1e-18 && model.residual[(1, 1)] == 1e-6);
+/// # Ok::<(), railsqueal::Error>(())
+/// ```
 #[derive(Debug, Clone)]
 pub struct CoupledModel {
     /// W = C1 + E C2 E, m/N, `[3n, 3n]`; its transpose where bodies rotate, see [`influence`](Self::influence).

@@ -293,6 +293,13 @@ fn what_no_branch_can_follow_is_refused() {
         let parts = ["analyses.cycles.along", key, "friction", "creepage.lateral", "bodies.upper.damping"];
         refused(json!({ "along": key }), 2, &parts);
     }
+    for (key, meant) in [
+        ("contact.creepage.latteral", "contact.creepage.lateral"),
+        ("contact.lateral", "contact.creepage.lateral"),
+        ("contact.frction", "contact.friction"),
+    ] {
+        refused(json!({ "along": key }), 2, &[key, &format!("; did you mean \"{meant}\"?")]);
+    }
     let other = "bodies.upper.damping.modal.by_diameter.2";
     refused(json!({ "along": other }), 2, &["analyses.cycles.along", other, "a number"]);
     refused(json!({ "starts": { "at": [0.5] } }), 2, &["analyses.cycles.starts.at", "found 0.5", "0.004 to 0.02"]);
