@@ -10,7 +10,7 @@
 //!
 //! ```
 //! use railsqueal::placement::builtin::{rail_60e1, s1002};
-//! use railsqueal::placement::{Position, Press, RailSide, WheelPlacement};
+//! use railsqueal::placement::{HertzLoad, Position, RailSide, WheelPlacement};
 //!
 //! let placement = WheelPlacement {
 //!     side: RailSide::Right,
@@ -24,7 +24,7 @@
 //! };
 //! let placed = placement.place(&s1002()?, &rail_60e1()?)?;
 //! let touch = placed.touch();
-//! let ellipse = placed.ellipse(0.5 * 210e9 / 0.91, Press::Force(60e3))?;
+//! let ellipse = placed.ellipse(0.5 * 210e9 / 0.91, HertzLoad::Force(60e3))?;
 //! assert!((touch.angle + 9.64e-3).abs() < 1e-4);
 //! assert!((1e3 * ellipse.semi_axes[0] - 5.81).abs() < 0.02);
 //! # Ok::<(), railsqueal::Error>(())

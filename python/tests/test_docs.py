@@ -29,6 +29,18 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert not anchor or anchor in anchors(to), f"{page.name}: {target}: {to.name} has no such heading"
 
 
+def test_rust_of_pages_is_that_of_an_example_that_is_compiled() -> None:
+    sources = "\n".join(path.read_text(encoding="utf-8") for path in ROOT.glob("src/**/*.rs"))
+    examples = {line[3:].strip() for line in map(str.strip, sources.split("\n")) if line.startswith("///")}
+    found = 0
+    for page in PAGES:
+        for block in re.findall(r"```rust\n(.*?)```", page.read_text(encoding="utf-8"), re.DOTALL):
+            for line in filter(None, (line.partition("//")[0].strip() for line in block.split("\n"))):
+                assert line in examples, f"{page.name}: no example in the sources has the line {line!r}"
+                found += 1
+    assert found > 10
+
+
 def targets(page: Path, base: Path) -> list[Path]:
     """Pages to which a page leads, in order."""
     found = re.findall(r"\]\(([^)#\s]+\.md)(?:#[^)]*)?\)", page.read_text(encoding="utf-8"))

@@ -35,10 +35,10 @@ impl Ellipse {
     /// E* (Pa), 1/E* = Σ (1 − ν²)/E (K. L. Johnson, Contact Mechanics, 1985, section 4.2, eqs. 4.25 to 4.28).
     ///
     /// ```
-    /// use railsqueal::placement::{Ellipse, Press};
+    /// use railsqueal::placement::{Ellipse, HertzLoad};
     ///
     /// // Two steel balls with radii of 0.5 m under 70 kN, E* = 115.4 GPa.
-    /// let ellipse = Ellipse::new([[4.0, 0.0], [0.0, 4.0]], 115.4e9, Press::Force(70e3))?;
+    /// let ellipse = Ellipse::new([[4.0, 0.0], [0.0, 4.0]], 115.4e9, HertzLoad::Force(70e3))?;
     /// assert!((ellipse.semi_axes[0] - 4.845e-3).abs() < 1e-5);
     /// assert!((ellipse.pressure - 1.424e9).abs() < 5e6);
     /// # Ok::<(), railsqueal::Error>(())
@@ -115,6 +115,9 @@ fn shape(curvatures: f64) -> Result<(f64, f64, f64)> {
     }
     for _ in 0..80 {
         let middle = 0.5 * (low + high);
+        if !(low < middle && middle < high) {
+            break;
+        }
         if of(f64::exp(middle)) > curvatures {
             low = middle;
         } else {

@@ -122,7 +122,7 @@ pub enum Position {
 ///
 /// ```
 /// use railsqueal::placement::builtin::{rail_60e1, s1002};
-/// use railsqueal::placement::{Position, Press, RailSide, WheelPlacement};
+/// use railsqueal::placement::{grid_lines, HertzLoad, Position, RailSide, RollingMotion, WheelPlacement};
 ///
 /// let placement = WheelPlacement {
 ///     side: RailSide::Right,
@@ -135,10 +135,17 @@ pub enum Position {
 ///     near: None,
 /// };
 /// let placed = placement.place(&s1002()?, &rail_60e1()?)?;
-/// let ellipse = placed.ellipse(0.5 * 210e9 / 0.91, Press::Force(60e3))?;
-/// assert!((ellipse.pressure - 956e6).abs() < 2e6);
-/// // It touches at one place alone.
-/// assert!(placed.others(ellipse.approach)?.is_empty());
+/// let touch = placed.touch();
+/// let ellipse = placed.ellipse(0.5 * 210e9 / 0.91, HertzLoad::Force(60e3))?;
+/// let second = placed.others(ellipse.approach)?;
+/// let frame = placed.centred_frame(ellipse.approach)?;
+/// let creepages = placed.creepages(&frame, &RollingMotion::free_rolling(10.0))?;
+/// let [x, y] = grid_lines(placed.extent(&frame, &ellipse)?);
+/// let gap = placed.gap(&frame, &x, &y)?;
+/// assert!((touch.angle + 9.64e-3).abs() < 1e-5 && (touch.radius - 459.774e-3).abs() < 1e-6);
+/// assert!((ellipse.pressure - 956e6).abs() < 2e6 && second.is_empty());
+/// assert!((creepages.longitudinal - 0.000533).abs() < 1e-6 && (creepages.lateral - 0.009998).abs() < 1e-6);
+/// assert_eq!(([x.len(), y.len()], gap.gap.len()), ([29, 31], 29 * 31));
 /// # Ok::<(), railsqueal::Error>(())
 /// ```
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -81,6 +81,39 @@ fn derivatives_of_both_wheels_are_differences_between_points() {
     }
 }
 
+/// Samples of a wheelset with both contacts are points of a sweep, on any number of ranks.
+#[test]
+fn samples_of_both_wheels_are_points_of_a_sweep() {
+    let keys = ["contact.friction", "contact.placement.creepage.longitudinal"];
+    let uniform = |from: f64, to: f64| json!({ "uniform": { "from": from, "to": to } });
+    let inputs = json!([
+        { "key": keys[0], "distribution": uniform(0.3, 0.5) },
+        { "key": keys[1], "distribution": uniform(0.008, 0.012) }
+    ]);
+    let mut job = on_straight_track(json!({
+        "stability": {},
+        "uncertainty": { "inputs": inputs, "samples": 16, "method": "latin_hypercube", "indices": false }
+    }));
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &[]);
+    assert!(ran.good().out.contains("points continued from"), "{}", ran.out);
+    folder.call(2, "run", &["--output", &folder.text("two.h5")]).good();
+    let growth = read::<f64>(&folder, "job.h5", "uncertainty/growth_rate");
+    assert_eq!(growth, read::<f64>(&folder, "two.h5", "uncertainty/growth_rate"));
+    let values = keys.map(|key| read::<f64>(&folder, "job.h5", &format!("uncertainty/values/{key}")));
+    job["analyses"]["uncertainty"] = Value::Null;
+    job["analyses"]["sweep"] = json!({ "keys": { keys[0]: values[0], keys[1]: values[1] }, "combine": "zip" });
+    let sweep = Folder::with(job.to_string());
+    sweep.call(1, "run", &[]).good();
+    let all = read::<Complex64>(&sweep, "job.h5", "sweep/eigenvalue");
+    let offset: Vec<i64> = read(&sweep, "job.h5", "sweep/offset");
+    assert_eq!(growth.len(), 16);
+    for (found, &first) in growth.iter().zip(&offset) {
+        let wanted = all[first as usize];
+        assert!((found - wanted.re).abs() <= 1e-8 * wanted.norm() + 1e-8, "{found} and {wanted}");
+    }
+}
+
 /// The wheelset in time, pushed at random.
 fn in_time(hold: &str) -> Value {
     on_straight_track(json!({

@@ -210,19 +210,15 @@ fn mistakes_about_both_wheels_are_told() {
             job["analyses"]["creep_curve"] = json!({ "key": "lateral", "values": [0, 0.01] });
             job["analyses"]["cycles"] =
                 json!({ "along": "contact.friction", "from": 0.1, "to": 0.5, "sound_power": {} });
-            let distribution = json!({ "normal": { "mean": 0.4, "deviation": 0.02 } });
-            job["analyses"]["uncertainty"] =
-                json!({ "inputs": [{ "key": "contact.friction", "distribution": distribution }], "samples": 8 });
             (job["curve"], job["vehicle"], job["contact"]["from"]) = (Value::Null, Value::Null, Value::Null);
             (job["contact"]["normal_load"], job["contact"]["speed"]) = (json!(60e3), json!(10));
             job["contact"]["placement"] =
                 json!({ "side": "right", "radius": 0.46, "circles": 1.54, "touch_near": 0.0 });
         },
         &[
-            "creep_curve: takes one contact; expected contact.wheels = \"one\"",
+            "creep_curve: takes one contact; expected contact.wheels = \"one\", or a job with modes",
             "analyses.cycles: the wheelset turns about its axle without stiffness",
             "analyses.cycles.sound_power.bodies: the sound of a rail is that under one contact",
-            "uncertainty: takes one contact; expected contact.wheels = \"one\", or a job with modes",
             "found running circles 1.54 m apart",
             "contact.placement.touch_near: names one place",
         ],

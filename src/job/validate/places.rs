@@ -154,14 +154,13 @@ fn check_analyses(job: &Job, contact: &Contact, (key, value): (&str, &str), faul
     for (name, given) in [
         ("analyses.creep_curve", analyses.creep_curve.is_some()),
         ("analyses.sweep.cycles", cycles),
-        ("analyses.uncertainty", analyses.uncertainty.is_some()),
         ("analyses.stability.full", full),
         ("analyses.stability.contact", point),
     ] {
         if given {
             faults.push(format!(
                 "{name}: takes one contact; expected contact.{key} = \"one\", or a job with modes, steady, stability \
-                 on the reduced model, sweep and transient"
+                 on the reduced model, sweep, uncertainty and transient"
             ));
         }
     }
