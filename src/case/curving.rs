@@ -12,6 +12,7 @@ use crate::placement::read::ProfileKind;
 use crate::placement::{MovableWheel, Position, RailSide, WheelPlacement};
 use crate::{Error, Result};
 use serde_json::json;
+use std::collections::HashMap;
 
 /// A place of contact with less than this share of the load of its wheel is not told of.
 const NO_SHARE: f64 = 1e-4;
@@ -293,17 +294,24 @@ pub fn resolve(world: &World, job: &mut Job) -> Result<()> {
     // In the same curve with another friction the vehicle stands nearly as it does in the job itself. No point starts
     // from another one: so none depends on which others there are.
     let runs_alike = |point: &Job| own.as_ref().is_some_and(|own| same_but_for_friction(own, point));
-    // Neighbouring points mostly share their curve.
-    let mut known: Vec<(serde_json::Value, Job)> = vec![(inputs(job), job.clone())];
-    for point in plan.points.iter_mut().filter(|p| needs_equilibrium(p)) {
-        let wanted = inputs(point);
-        if let Some((_, same)) = known.iter().rev().find(|(inputs, _)| *inputs == wanted) {
-            point.contact.clone_from(&same.contact.as_ref().map(|c| taken(c, point)));
+    // Points with the same inputs, the job itself among them, share their place.
+    let own_inputs = inputs(job).to_string();
+    let mut known: HashMap<String, usize> = HashMap::new();
+    for i in 0..plan.points.len() {
+        let point = &plan.points[i];
+        if !needs_equilibrium(point) {
+            continue;
+        }
+        let wanted = inputs(point).to_string();
+        let same = if wanted == own_inputs { Some(&*job) } else { known.get(&wanted).map(|&j| &plan.points[j]) };
+        if let Some(same) = same {
+            let contact = same.contact.as_ref().map(|c| taken(c, point));
+            plan.points[i].contact = contact;
             continue;
         }
         let similar = found.as_ref().filter(|_| runs_alike(point));
-        if settle_near(world, point, similar).is_ok() {
-            known.push((wanted, point.clone()));
+        if settle_near(world, &mut plan.points[i], similar).is_ok() {
+            known.insert(wanted, i);
         }
     }
     job.sweep = Some(plan);
