@@ -96,10 +96,12 @@ fn samples_of_both_wheels_are_points_of_a_sweep() {
     }));
     let folder = Folder::with(job.to_string());
     let ran = folder.call(1, "run", &[]);
-    assert!(ran.good().out.contains("points continued from"), "{}", ran.out);
+    assert!(ran.good().out.contains("16 points on 1 reduced model"), "{}", ran.out);
     folder.call(2, "run", &["--output", &folder.text("two.h5")]).good();
     let growth = read::<f64>(&folder, "job.h5", "uncertainty/growth_rate");
-    assert_eq!(growth, read::<f64>(&folder, "two.h5", "uncertainty/growth_rate"));
+    // Factorisations on two ranks round otherwise.
+    let two = read::<f64>(&folder, "two.h5", "uncertainty/growth_rate");
+    assert!(growth.iter().zip(&two).all(|(a, b)| (a - b).abs() <= 1e-8 * a.abs()), "{growth:?} and {two:?}");
     let values = keys.map(|key| read::<f64>(&folder, "job.h5", &format!("uncertainty/values/{key}")));
     job["analyses"]["uncertainty"] = Value::Null;
     job["analyses"]["sweep"] = json!({ "keys": { keys[0]: values[0], keys[1]: values[1] }, "combine": "zip" });
