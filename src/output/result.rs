@@ -212,7 +212,7 @@ impl<'w> ResultFile<'w> {
         Ok(partial)
     }
 
-    /// Collective: puts the segments of [`ResultFile::append`] together, if there are any.
+    /// Collective: puts the segments of `append` together, if there are any.
     pub fn merge(&mut self, progress: &mut Progress) -> Result<()> {
         let world = self.world;
         if world.max(f64::from(u8::from(self.segments.is_some()))) == 0.0 {

@@ -87,7 +87,7 @@ impl Head {
     }
 
     /// Length of the surface from the crown to the distance `y` ≥ 0 from the middle, m, on the arcs.
-    pub(crate) fn to_distance(&self, y: f64) -> f64 {
+    pub(crate) fn to_distance(self, y: f64) -> f64 {
         let (mut length, mut angle, mut at) = (0.0, 0.0_f64, 0.0);
         for (radius, end) in self.arcs() {
             let reached = at + radius * (end.sin() - angle.sin());
@@ -102,7 +102,7 @@ impl Head {
     }
 
     /// Length of the surface from the crown to the depth [`DEEPEST`] below it, m.
-    pub(crate) fn to_deepest(&self) -> f64 {
+    pub(crate) fn to_deepest(self) -> f64 {
         let steep = self.steep();
         let end = self.to_angle(steep);
         let depth = self.height - self.point(end).z;

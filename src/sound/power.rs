@@ -112,7 +112,7 @@ impl Radiation {
 
     /// Radiation resistances at the frequencies of the bands, N·s/m per kg, `[frequencies × m × m]`: those of part
     /// `part` of `parts`, 0 elsewhere; the sum over the parts is what [`Radiation::new`] takes. Of patches as fine as
-    /// [`Radiation::patch_size`]; at low frequencies they are taken together, but never to more than `coarsest` (m).
+    /// `patch_size`; at low frequencies they are taken together, but never to more than `coarsest` (m).
     pub fn resistances(
         radiators: &Radiators,
         bands: &Bands,

@@ -59,9 +59,9 @@ pub struct ContactModeData {
     pub viscous: Mat<f64>,
     /// Parity of a mode of a mirror-symmetric section, 1 or −1 but for rounding, `[m]`; 0 of another one.
     pub parity: Vec<f64>,
-    /// Mean displacement at each bearing, 1/√kg, `[bearings, m]`; see [`Forms::at_bearings`].
+    /// Mean displacement at each bearing, 1/√kg, `[bearings, m]`; see `Forms::at_bearings`.
     pub bearings: Mat<f64>,
-    /// (U, W) at the nodes of the outline, 1/√kg, interleaved, `[2 · nodes, m]`; see [`ContactModeData::with_outline`].
+    /// (U, W) at the nodes of the outline, 1/√kg, interleaved, `[2 · nodes, m]`; see `with_outline`.
     pub outline: Mat<f64>,
     /// Amplitudes of the whole section, 1/√kg, `[amplitudes, m]`; as the ones before.
     pub vectors: Mat<f64>,

@@ -43,7 +43,7 @@ pub trait Form {
         true
     }
 
-    /// Matrix of a cell with nodes at `x` (m, `[n][3]`), row-major, `[pn, pn]` with `p` = [`NodeCoupling::per_node`];
+    /// Matrix of a cell with nodes at `x` (m, `[n][3]`), row-major, `[pn, pn]` with `p` = `NodeCoupling::per_node`;
     /// overwritten.
     fn matrix(&self, cell: Cell<'_>, x: &[[f64; 3]], out: &mut [f64]);
 }
