@@ -33,7 +33,8 @@ impl NonlinearEigenproblem {
         good.then(|| roots.iter().zip(errors).map(pair).collect())
     }
 
-    /// Backward errors of `roots` with these forces on the functions and motions of them, as [`eigenvalues`](super::eigenvalues) has them.
+    /// Backward errors of `roots` with these forces on the functions and motions of them, as
+    /// [`eigenvalues`](super::eigenvalues) has them.
     pub(super) fn errors(
         &self,
         bodies: &CoupledModel,
