@@ -9,7 +9,7 @@ from ..mode_names import ModeNames
 from ..result import Result
 from ..stability import Budget
 from ..tables import ComplexModes
-from .style import PARTS, Canvas, heading, legend
+from .style import NAMES_OF_PARTS, PARTS, Canvas, heading, legend
 
 # Modes drawn at most.
 MOST = 12
@@ -30,7 +30,8 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
         values = getattr(budget, name)[places]
         # Parts of one sign are stacked on each other.
         before = [below(budget, name, k) for k in places]
-        axes.barh(range(len(places)), values, left=before, height=0.6, color=colour, label=name)
+        label = NAMES_OF_PARTS.get(name, name)
+        axes.barh(range(len(places)), values, left=before, height=0.6, color=colour, label=label)
     axes.plot(budget.growth_rate[places], range(len(places)), "D", color="black", markersize=6, label="growth rate")
     axes.axvline(0, color="black", linewidth=0.8)
     axes.set_yticks(

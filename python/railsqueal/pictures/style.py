@@ -18,6 +18,8 @@ GREY = "#666666"
 LONGITUDINAL, LATERAL, NORMAL = GREEN, ORANGE, BLUE
 STICK, SLIP = SKY, ORANGE
 PARTS = {"damping": GREY, "friction": RED, "creep": SKY, "tilting": PURPLE}
+# Their names, as the summary and the report have them.
+NAMES_OF_PARTS = {"damping": "structural damping", "creep": "creep damping", "tilting": "contact tilt"}
 FORMATS = ("png", "pdf", "svg")
 # Place of a legend below the figure. `apply` makes pictures as large as what is drawn; "outside lower center" would
 # do the same from matplotlib 3.7 on, Debian 12 has 3.6.
