@@ -20,8 +20,8 @@ ROOT = Path(__file__).parents[2]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), *ROOT.glob("*/README.md")])
 # What a page writes in the place of names of the reader's own.
 PLACEHOLDER = re.compile(r"\b(JOB|OLD|FILE|PREFIX|SHELL|DIR|A|B|NAME|N)(\.\w+)?\b")
-# Meshes that a page has made with Gmsh.
-MADE = ("ring.msh", "wheel.msh", "wheel.inp")
+# Meshes that a page has made with Gmsh, and a job that takes such ones.
+MADE = ("ring.msh", "wheel.msh", "wheel.inp", "wheel-on-rail-3d")
 # Pages whose commands install, measure beside other programs, or develop.
 NOT_RUN = ("install.md", "performance.md", "CONTRIBUTING.md")
 # Commands that set up, build or test the checkout.
@@ -152,11 +152,15 @@ def environment(program):
 
 
 def runnable(words, folder, program):
-    """Words of a line as they are run here, and the reason if they cannot be: Gmsh is missing for a mesh."""
+    """Words of a line as they are run here, and the reason if they cannot be: Gmsh is missing for a mesh, or for a
+    script that makes one."""
     words = [program if w == "target/release/railsqueal" else w for w in words]
     words = [sys.executable if w == "python3" else w for w in words]
     missing = any(made in word and not (folder / made).exists() for made in MADE for word in words)
-    if missing and "section" not in words and importlib.util.find_spec("gmsh") is None:
+    missing = missing and "section" not in words
+    scripts = [ROOT / word for word in words if word.endswith(".py") and (ROOT / word).is_file()]
+    missing = missing or any("import gmsh" in script.read_text(encoding="utf-8") for script in scripts)
+    if missing and importlib.util.find_spec("gmsh") is None:
         return words, "Python has no gmsh"
     return words, None
 
