@@ -248,15 +248,7 @@ impl WheelPlacement {
         let middle = rail.local(if rail.contains(0.0) { 0.0 } else { rail.top() }).z;
         let (rail, rail_shift, crown) = self.rail_in_track(rail)?;
         let sign = self.side.sign();
-        let pose = WheelPose {
-            profile: wheel.clone(),
-            radius: self.radius,
-            offset: 0.5 * self.circles,
-            lateral: 0.0,
-            yaw: 0.0,
-            roll: 0.0,
-            height: 0.0,
-        };
+        let pose = WheelPose::in_middle(wheel.clone(), self.radius, 0.5 * self.circles);
         let mut pair = WheelOverRail::new(pose, rail);
         match self.position {
             Position::Shift { lateral, yaw, roll } => {

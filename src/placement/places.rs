@@ -87,15 +87,7 @@ impl MovableWheel {
     pub fn new(track: &WheelPlacement, wheel: &RunningProfile, rail: &RunningProfile) -> Result<Self> {
         track.check()?;
         let (rail, rail_shift, _) = track.rail_in_track(rail)?;
-        let wheel = WheelPose {
-            profile: wheel.clone(),
-            radius: track.radius,
-            offset: 0.5 * track.circles,
-            lateral: 0.0,
-            yaw: 0.0,
-            roll: 0.0,
-            height: 0.0,
-        };
+        let wheel = WheelPose::in_middle(wheel.clone(), track.radius, 0.5 * track.circles);
         Ok(Self { side: track.side, pair: WheelOverRail::new(wheel, rail), rail_shift })
     }
 

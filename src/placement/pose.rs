@@ -62,6 +62,12 @@ pub(super) struct Orientation {
 }
 
 impl WheelPose {
+    /// A wheel of this profile and radius, m, in the middle of the track, with its running circle at the distance
+    /// `offset`, m, from the middle of the wheelset.
+    pub fn in_middle(profile: RunningProfile, radius: f64, offset: f64) -> Self {
+        Self { profile, radius, offset, lateral: 0.0, yaw: 0.0, roll: 0.0, height: 0.0 }
+    }
+
     /// Rotation from the frame of the wheelset to that of the track, roll after yaw, `[row][column]`.
     pub fn rotation(&self) -> [Vector; 3] {
         let ((s, c), (sr, cr)) = (self.yaw.sin_cos(), self.roll.sin_cos());
