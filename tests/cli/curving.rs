@@ -1,6 +1,7 @@
 //! A vehicle in a curve, in whole runs.
 
 use super::program::*;
+use num_complex::Complex64;
 use serde_json::{json, Value};
 
 fn numbers(folder: &Folder, name: &str) -> Vec<f64> {
@@ -120,4 +121,29 @@ fn curves_that_make_no_sense_are_refused_with_what_to_do() {
     job.as_object_mut().expect("an object").remove("vehicle");
     let ran = Folder::with(job.to_string()).call(1, "check", &[]);
     assert!(ran.code == Some(2) && ran.err.contains("vehicle: missing"), "{}", ran.err);
+}
+
+/// Points of a sweep over the friction begin at the equilibrium of the job, and end at that of a run by itself.
+#[test]
+fn the_equilibrium_does_not_depend_on_where_it_begins() {
+    let mut job = job("wheel-on-rail.json");
+    job["analyses"] = json!({
+        "modes": { "max_frequency": 600 }, "stability": {}, "sweep": { "keys": { "contact.friction": [0.5] } }
+    });
+    job["output"] = json!({ "fields": false });
+    let values = |folder: &Folder, name: &str| -> Vec<Complex64> {
+        let file = hdf5::File::open(folder.path("job.h5")).expect("result file");
+        file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
+    };
+    let sweep = Folder::with(job.to_string());
+    sweep.call(1, "run", &[]).good();
+    job["analyses"]["sweep"] = Value::Null;
+    job["contact"]["friction"] = json!(0.5);
+    let alone = Folder::with(job.to_string());
+    alone.call(1, "run", &[]).good();
+    let (found, wanted) = (values(&sweep, "sweep/eigenvalue"), values(&alone, "stability/eigenvalue"));
+    assert!(wanted.len() > 4 && found.len() == wanted.len(), "{found:?} and {wanted:?}");
+    for (a, b) in found.iter().zip(&wanted).take(4) {
+        assert!((a - b).norm() < 1e-8 * b.norm(), "{a} and {b}");
+    }
 }
