@@ -614,6 +614,18 @@ fn one_mode_on_the_rest_grows_as_the_eigenvalue_does() {
     assert!(count >= 15 && tilted > 0.1, "{count} {tilted}");
 }
 
+/// Eigenvalues take residual compliance and modes alone: of bodies that are interpolated there is no more.
+#[test]
+fn the_whole_compliance_is_not_needed() {
+    let s = interface(3);
+    let b = CoupledModel::new(&body(STEEL, &s, &LOWER, 0.4), &body(STEEL, &s, &UPPER, -0.2)).unwrap();
+    let p = problem(&s, &b, 0.4, [0.004, 0.009, 0.3]);
+    let contact = p.contact(&p.solve().unwrap());
+    let without = CoupledModel { compliance: Mat::zeros(0, 0), ..b.clone() };
+    let [whole, bare] = [&b, &without].map(|b| eigenpairs(b, &contact, TOLERANCE).unwrap());
+    assert!(!whole.is_empty() && whole.iter().zip(&bare).all(|(a, b)| a.value == b.value));
+}
+
 #[test]
 fn an_open_contact_and_one_beyond_the_interface_are_refused() {
     let s = interface(3);

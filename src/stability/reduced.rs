@@ -436,11 +436,13 @@ fn largest(matrices: [&Mat<f64>; 2], first: usize) -> Vec<f64> {
 /// A compliance that is left below this part of the whole one is rounding.
 const ROUNDING: f64 = 1e-9;
 
-/// Returns whether the modes are all of the compliance of a closed node along its normal.
+/// Returns whether the modes are all of the compliance S + Σ ψ²/ω² of a closed node along its normal.
 fn rigid(bodies: &CoupledModel, contact: &LinearContact) -> bool {
+    let moving = |&(_, w): &(usize, &f64)| *w > 0.0;
     contact.nodes.iter().map(|c| 3 * c.node + 2).any(|k| {
-        let (left, whole) = (bodies.residual[(k, k)].abs(), bodies.compliance[(k, k)]);
-        whole > 0.0 && left <= ROUNDING * whole
+        let of_modes = bodies.omega.iter().enumerate().filter(moving).map(|(j, w)| (bodies.modes[(k, j)] / w).powi(2));
+        let (left, of_modes) = (bodies.residual[(k, k)].abs(), of_modes.sum::<f64>());
+        of_modes > 0.0 && left <= ROUNDING * of_modes
     })
 }
 
