@@ -184,7 +184,7 @@ pub(super) fn off(v: C, size: f64) -> C {
     }
 }
 
-/// The modes from `first` to before `end` in groups that are coupled.
+/// The modes from `first` to before `end` in groups that are coupled, each ascending.
 pub(super) fn coupled(bodies: &CoupledModel, first: usize, end: usize) -> Vec<Vec<usize>> {
     if [&bodies.stiffness, &bodies.damping].iter().all(|m| m.is_diagonal(first, end)) {
         return (first..end).map(|i| vec![i]).collect();
@@ -194,22 +194,22 @@ pub(super) fn coupled(bodies: &CoupledModel, first: usize, end: usize) -> Vec<Ve
         let (a, b) = (rate[i - first], rate[j - first]);
         bodies.stiffness.get(i, j).abs() > COUPLED * a * b || bodies.damping.get(i, j).abs() > COUPLED * (a * b).sqrt()
     };
-    let mut left: Vec<usize> = (first..end).collect();
-    let mut groups = Vec::new();
-    while let Some(start) = left.first().copied() {
-        left.remove(0);
-        let mut group = vec![start];
-        let mut next = 0;
-        while next < group.len() {
-            let i = group[next];
-            let (near, far): (Vec<usize>, Vec<usize>) = left.into_iter().partition(|&j| tied(i, j) || tied(j, i));
-            group.extend(near);
-            left = far;
-            next += 1;
+    // The first mode of the group of each, as far as it is known.
+    let mut group: Vec<usize> = (0..end - first).collect();
+    let mut apart = group.len();
+    for (j, i) in (first..end).flat_map(|j| (first..end).map(move |i| (j, i))) {
+        let [a, b] = [group[i - first], group[j - first]];
+        if a != b && tied(i, j) {
+            let [low, high] = [a.min(b), a.max(b)];
+            group.iter_mut().filter(|of| **of == high).for_each(|of| *of = low);
+            apart -= 1;
+            if apart == 1 {
+                break;
+            }
         }
-        groups.push(group);
     }
-    groups
+    let members = |of: usize| (first..end).filter(|i| group[i - first] == of).collect::<Vec<_>>();
+    (0..group.len()).filter(|&of| group[of] == of).map(members).collect()
 }
 
 /// Amplitudes B of the functions of which the modes `psi` consist, `[r, modes]`, with orthonormal rows, and the first
@@ -276,5 +276,25 @@ pub(super) fn functions(mut shapes: Mat<f64>, limit: usize) -> Option<Vec<Vec<f6
             shapes.col_as_slice_mut(j).iter_mut().zip(&along).for_each(|(v, a)| *v -= a * n);
         }
         found.push(new);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::body::ReducedBody;
+
+    /// Groups of modes whose damping couples them, also by way of others, in either direction.
+    #[test]
+    fn coupled_modes_are_found() {
+        let mut damping = Mat::from_fn(7, 7, |i, j| if i == j { 1.0 } else { 0.0 });
+        [(5, 1), (1, 3), (6, 0)].iter().for_each(|&(i, j)| damping[(i, j)] = 0.2);
+        let body = ReducedBody::new(vec![10.0; 7], damping, Mat::zeros(3, 7), Mat::zeros(3, 3));
+        let rigid = ReducedBody::new(Vec::new(), Vec::new(), Mat::zeros(3, 0), Mat::zeros(3, 3));
+        let bodies = CoupledModel::new(&body, &rigid).unwrap();
+        assert_eq!(coupled(&bodies, 0, 7), [vec![0, 6], vec![1, 3, 5], vec![2], vec![4]]);
+        assert_eq!(coupled(&bodies, 1, 5), [vec![1, 3], vec![2], vec![4]]);
+        let all = ReducedBody { damping: Mat::from_fn(7, 7, |_, _| 1.0).into(), ..body };
+        assert_eq!(coupled(&CoupledModel::new(&all, &rigid).unwrap(), 0, 7), [(0..7).collect::<Vec<_>>()]);
     }
 }
