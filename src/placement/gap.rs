@@ -5,6 +5,7 @@ use super::pose::{along, Vector};
 use super::profile::RunningProfile;
 use super::touch::WheelOverRail;
 use crate::{Error, Result};
+use std::cell::Cell;
 
 /// Half the extent of a grid over that of the ellipse it is for.
 const MARGIN: f64 = 1.7;
@@ -114,10 +115,10 @@ const APART: f64 = 0.01;
 /// Distance of the rail from the tangent plane at `start`, along `direction`, m, and the y of the track at which it
 /// was met.
 fn meet_rail(rail: &RunningProfile, start: Vector, direction: Vector) -> Option<(f64, f64)> {
-    let mut t = 0.0;
+    let (mut t, last) = (0.0, Cell::new(0));
     for _ in 0..60 {
         let p = along(start, t, direction);
-        let local = rail.local(p[1]);
+        let local = rail.local_from(p[1], &last);
         let step = ((p[2] - local.z) / (local.slope * direction[1] - direction[2])).clamp(-3e-3, 3e-3);
         t += step;
         if step.abs() < 1e-13 {
@@ -134,10 +135,10 @@ pub(super) fn gap(pair: &WheelOverRail, frame: &Frame, [x, y]: [&[f64]; 2], boun
     let mut found =
         Gap { x: x.to_vec(), y: y.to_vec(), gap: Vec::with_capacity(x.len() * y.len()), beyond: Vec::new() };
     for &b in y {
+        // The rail is the same all along the track.
+        let below = meet_rail(&pair.rail, frame.point(0.0, b), normal);
         for &a in x {
-            let start = frame.point(a, b);
-            let (Some((rail_y, down)), Some((wheel_y, up))) =
-                (meet_rail(&pair.rail, start, normal), pair.wheel.meet(start, normal))
+            let (Some((rail_y, down)), Some((wheel_y, up))) = (below, pair.wheel.meet(frame.point(a, b), normal))
             else {
                 return Err(Error::Job(format!(
                     "placement: the grid leaves the profiles: at x = {:.2}, y = {:.2} mm from the point of \

@@ -5,6 +5,7 @@
 //! shift, yaw and roll reversed.
 
 use super::profile::{Local, RunningProfile};
+use std::cell::Cell;
 
 /// Vector of the track frame.
 pub(super) type Vector = [f64; 3];
@@ -130,11 +131,11 @@ impl WheelPose {
     pub fn meet(&self, start: Vector, direction: Vector) -> Option<(f64, f64)> {
         let q = self.inwards(along(start, -1.0, self.centre()));
         let d = self.inwards(direction);
-        let mut t = 0.0;
+        let (mut t, last) = (0.0, Cell::new(0));
         for _ in 0..60 {
             let p = along(q, t, d);
-            let distance = p[0].hypot(p[2]);
-            let local = self.profile.local(p[1] - self.offset);
+            let distance = (p[0] * p[0] + p[2] * p[2]).sqrt();
+            let local = self.profile.local_from(p[1] - self.offset, &last);
             let rest = self.radius + local.z - distance;
             let slope = local.slope * d[1] - (p[0] * d[0] + p[2] * d[2]) / distance;
             let step = (-rest / slope).clamp(-3e-3, 3e-3);
