@@ -304,12 +304,17 @@ fn refuse_what_does_not_fit(world: &World, job: &Job, meshes: &Meshes, reduced: 
         given.map_or_else(|| plan.fits_process(&Limit::of_process()), |_| Ok(()))
     };
     world.agree(plan.as_ref().map_or(Ok(()), fits))?;
-    let models = || job.sweep.as_ref().map(plan::models).unwrap_or_default();
-    world.on_root(|| {
-        let fits = |p: &Job| fits(&Plan::of_point(p, plan::sizes(p, meshes)?, world.size));
-        let new = |p: &&Job| !reduced || fe_inputs(p) != fe_inputs(job);
-        models().into_iter().filter(new).try_for_each(|p| fits(p).map_err(|e| e.context("analyses.sweep")))
-    })?;
+    let models = job.sweep.as_ref().map(plan::models).unwrap_or_default();
+    let models: Vec<&Job> = models.into_iter().filter(|p| !reduced || fe_inputs(p) != fe_inputs(job)).collect();
+    // Rank 0 reads the files of meshes and matrices; what else there is to measure is done by all ranks.
+    let of_files = |p: &&Job| p.bodies().iter().any(|(_, b)| b.is_meshed() || b.matrices.is_some());
+    let mine = match (models.iter().any(of_files), world.is_root()) {
+        (false, _) => world.share(models.len()),
+        (true, true) => 0..models.len(),
+        (true, false) => 0..0,
+    };
+    let fits_point = |p: &&Job| fits(&Plan::of_point(p, plan::sizes(p, meshes)?, world.size));
+    world.together(|| models[mine].iter().try_for_each(|p| fits_point(p).map_err(|e| e.context("analyses.sweep"))))?;
     if reduced {
         meshes.forget();
     }

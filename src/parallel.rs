@@ -73,6 +73,19 @@ impl World {
         self.agree(local)
     }
 
+    /// Collective: runs `work` on every rank, and returns the error of the lowest rank that failed on every rank. Ranks
+    /// that are done leave their processors free.
+    pub fn together<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let local = work();
+        self.meet();
+        self.agree(local)
+    }
+
+    /// This rank's share of so many things, in the order of the ranks.
+    pub fn share(&self, count: usize) -> std::ops::Range<usize> {
+        self.rank * count / self.size..(self.rank + 1) * count / self.size
+    }
+
     /// Collective: waits for the other ranks; after a moment it sleeps in between, for a small part of the time waited.
     fn meet(&self) {
         if self.size == 1 {

@@ -22,15 +22,28 @@ pub struct Meshed {
 /// A mesh file as a job takes it, whether it is the upper body, whether there is a contact.
 type Key = (MeshFile, bool, bool);
 
-/// Cylinders that are kept: those of the two bodies of a job.
-const CYLINDERS: usize = 2;
+/// Inputs of the size of a section: itself, the groups that hold it, its springs and its bearings.
+type SectionKey = (Option<MeshSource>, Vec<String>, Vec<job::Support>, Option<job::Suspension>);
+
+/// Cylinders and sizes of sections that are kept: those of the two bodies of a job.
+const KEPT: usize = 2;
 
 /// Reads each mesh file once: what was read to plan a run is there when its bodies are built, and so are the cylinders
-/// that were made last. For rank 0.
+/// that were made last. Sections are measured once. For rank 0, but for the sections.
 #[derive(Debug, Default)]
 pub struct Meshes {
     files: RefCell<Vec<(Key, Rc<Meshed>)>>,
     cylinders: RefCell<Vec<(CylinderSpec, Rc<Meshed>)>>,
+    sections: RefCell<Vec<(SectionKey, [usize; 2])>>,
+}
+
+/// Keeps `made` beside the one that was made before it.
+fn keep<T>(kept: &RefCell<Vec<T>>, made: T) {
+    let mut all = kept.borrow_mut();
+    if all.len() == KEPT {
+        all.remove(0);
+    }
+    all.push(made);
 }
 
 impl Meshes {
@@ -50,11 +63,7 @@ impl Meshes {
                 let mesh = cylinder_mesh(&spec).map_err(named)?;
                 let contact = mesh.groups.contains_key("contact");
                 let made = on_grid(mesh, contact, Vec::new());
-                let mut all = self.cylinders.borrow_mut();
-                if all.len() == CYLINDERS {
-                    all.remove(0);
-                }
-                all.push((spec, made.clone()));
+                keep(&self.cylinders, (spec, made.clone()));
                 Ok(made)
             }
             MeshSource::Revolved(_) | MeshSource::Extruded(_) => {
@@ -78,6 +87,17 @@ impl Meshes {
                 Ok(read)
             }
         }
+    }
+
+    /// Nodes and elements of the section of a swept body, as the modes see it.
+    pub(crate) fn section_size(&self, body: &job::Body) -> Result<[usize; 2]> {
+        let key = (body.mesh.clone(), body.fixed.clone(), body.supports.clone(), body.suspension.clone());
+        if let Some((_, size)) = self.sections.borrow().iter().find(|(k, _)| *k == key) {
+            return Ok(*size);
+        }
+        let size = super::swept::size(body)?;
+        keep(&self.sections, (key, size));
+        Ok(size)
     }
 
     /// The mesh of a body in lower form where the job puts it, whether or not there can be a contact: to be looked at.

@@ -25,8 +25,7 @@ pub(crate) fn all_filled(world: &World, jobs: &[Job]) -> Vec<Result<Option<Job>>
         };
         own.map_or(vec![-1.0], |own| [vec![own.len() as f64], own].concat())
     };
-    let (rank, size) = (world.rank, world.size);
-    let mine = &jobs[rank * jobs.len() / size..(rank + 1) * jobs.len() / size];
+    let mine = &jobs[world.share(jobs.len())];
     let all = world.all_gather(&mine.iter().flat_map(of).collect::<Vec<f64>>());
     let mut rest = &all[..];
     let next = |job: &Job| {

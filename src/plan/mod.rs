@@ -7,11 +7,13 @@ mod text;
 use crate::body::matrices::BodyMatrices;
 use crate::case::meshes::{cylinder_spec, Meshes};
 use crate::case::surfaces;
+use crate::case::wheel_rail_geometry::PlacedContact;
 use crate::job::{self, fe_inputs, Job, MeshSource, SweepPlan};
 use crate::memory::Limit;
 use crate::mesh::{cylinder, CellKind};
 use crate::scratch::free;
 use crate::{Error, Result};
+use std::cell::OnceCell;
 use std::fmt;
 use std::path::PathBuf;
 
@@ -57,7 +59,10 @@ pub struct Plan {
 /// Sizes of the bodies of a job. Counts the built-in cylinder without meshing it; mesh files are read into `meshes`.
 /// For one rank. An error has the faults of all bodies.
 pub fn sizes(job: &Job, meshes: &Meshes) -> Result<Vec<BodySize>> {
-    let all: Vec<_> = job.bodies().into_iter().map(|(name, body)| size(job, meshes, name, body)).collect();
+    // Where a wheel stands is the same for both bodies.
+    let standing = OnceCell::new();
+    let placed = || standing.get_or_init(|| contact_nodes(job)).clone();
+    let all: Vec<_> = job.bodies().into_iter().map(|(name, body)| size((job, meshes), (name, body), placed)).collect();
     Error::all(all.iter().map(|s| s.as_ref().map(drop).map_err(Error::clone)))?;
     let mut sizes = all.into_iter().collect::<Result<Vec<_>>>()?;
     if let Some(nodes) = surfaces::nodes(job, meshes)? {
@@ -66,7 +71,18 @@ pub fn sizes(job: &Job, meshes: &Meshes) -> Result<Vec<BodySize>> {
     Ok(sizes)
 }
 
-fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Result<BodySize> {
+/// Nodes of the grids of a wheel on its rail.
+fn contact_nodes(job: &Job) -> Result<u64> {
+    let all = PlacedContact::all(job)?;
+    Ok(all.iter().map(|one| one.nodes() as u64).sum())
+}
+
+/// Size of the body `name` of a job; `placed` counts the nodes of the contact grids of a wheel on its rail.
+fn size(
+    (job, meshes): (&Job, &Meshes),
+    (name, body): (&'static str, &job::Body),
+    placed: impl Fn() -> Result<u64>,
+) -> Result<BodySize> {
     let named = |e: Error| e.context(format!("bodies.{name}.mesh"));
     if let Some(m) = &body.matrices {
         let dofs = BodyMatrices::order(name, m)? as u64;
@@ -79,14 +95,10 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
             contact_nodes: m.contacts.len() as u64,
         });
     }
-    let placed = || {
-        let all = crate::case::wheel_rail_geometry::PlacedContact::all(job)?;
-        Ok(all.iter().map(|one| one.nodes() as u64).sum())
-    };
     if body.profile.is_some() && !body.is_meshed() {
         let contact_nodes = placed()?;
         let [nodes, cells] = match &body.mesh {
-            Some(_) => crate::case::swept::size(body).map_err(named)?.map(|n| n as u64),
+            Some(_) => meshes.section_size(body).map_err(named)?.map(|n| n as u64),
             None => [0, 0],
         };
         return Ok(BodySize { name, nodes, cells, neighbours: HEXAHEDRAL, dofs: 3 * nodes, contact_nodes });
@@ -103,8 +115,9 @@ fn size(job: &Job, meshes: &Meshes, name: &'static str, body: &job::Body) -> Res
             Ok(BodySize { name, nodes, cells, neighbours: HEXAHEDRAL, dofs: 3 * nodes, contact_nodes: contact as u64 })
         }
         MeshSource::Revolved(_) | MeshSource::Extruded(_) => {
-            let contact = crate::case::swept::grid(job, body).map_err(named)?.map_or(0, |g| g.x.len() * g.y.len());
-            let [nodes, cells] = crate::case::swept::size(body).map_err(named)?.map(|n| n as u64);
+            let of_one = crate::case::swept::grid(job, body).map_err(named)?.map_or(0, |g| g.x.len() * g.y.len());
+            let contact = of_one * job.contact.as_ref().map_or(0, |c| c.all().count());
+            let [nodes, cells] = meshes.section_size(body).map_err(named)?.map(|n| n as u64);
             Ok(BodySize { name, nodes, cells, neighbours: HEXAHEDRAL, dofs: 3 * nodes, contact_nodes: contact as u64 })
         }
         MeshSource::File(file) => {

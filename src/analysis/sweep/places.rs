@@ -314,8 +314,7 @@ fn difference(exact: &[FollowedRate], found: &[FollowedRate]) -> f64 {
 
 /// Collective: where the `members` of the points touch their bodies.
 fn sites(world: &World, points: &[Option<Job>], members: &[usize]) -> Result<Vec<ContactSeat>> {
-    let (rank, size) = (world.rank, world.size);
-    let mine = &members[rank * members.len() / size..(rank + 1) * members.len() / size];
+    let mine = &members[world.share(members.len())];
     let of = |&i: &usize| -> Result<Vec<f64>> {
         let (ContactSeat { seats, radius }, _) = contact_seat(point_of(points, i)?)?;
         Ok(seats.iter().flat_map(|s| [s.y, s.z, s.tilt]).chain([radius]).collect())

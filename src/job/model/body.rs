@@ -99,7 +99,7 @@ impl Body {
     }
 
     /// Returns whether it is of finite elements in three dimensions.
-    pub(crate) fn is_meshed(&self) -> bool {
+    pub fn is_meshed(&self) -> bool {
         matches!(self.mesh, Some(MeshSource::Cylinder(_) | MeshSource::File(_)))
     }
 
