@@ -223,7 +223,7 @@ impl<'s> RunState<'s> {
         let there = there.filter(|_| earlier.compliance());
         self.origin = match &there {
             Some(there) => there.as_ref().map(|r| r.origin.clone()),
-            None => Some(reuse::origin(&self.bodies, &self.modes)),
+            None => Some(reuse::origin((&self.bodies, contact.all().count()), &self.modes)?),
         };
         let made = there.is_none();
         let model = match there {
@@ -243,7 +243,9 @@ impl<'s> RunState<'s> {
             transient::stored_model::align(world, &mut self.bodies, &model)?;
         }
         // A compliance that is only near the true one is of no use to another run.
-        let whole = (options.reuse.is_none() || earlier.own || made) && !model.approximate;
+        // Measured frequencies have changed a compliance of several contacts, which is kept without them.
+        let measured = contact.all().count() > 1 && self.modes.iter().any(|modes| !modes.computed.is_empty());
+        let whole = !measured && !model.approximate && (options.reuse.is_none() || earlier.own || made);
         self.model = Some(model);
         if whole && keeps(job) {
             let tables = world.on_root(|| self.tables(job))?.unwrap_or_default();
@@ -327,7 +329,7 @@ impl<'s> RunState<'s> {
 
 /// Returns whether modes and compliance are kept on the disk for later runs.
 fn keeps(job: &job::Job) -> bool {
-    let of_bodies = job.contact.as_ref().is_some_and(|c| c.compliance.of_bodies() && c.further.is_empty());
+    let of_bodies = job.contact.as_ref().is_some_and(|c| c.compliance.of_bodies());
     job.output.reduced && of_bodies && !job.by_matrices() && !job.analyses.on_contact().is_empty()
 }
 

@@ -169,11 +169,11 @@ fn summarise(contact: &job::Contact, (s, r): (&Interface, &SteadySolution), summ
                 (_, TrackSide::Left) => " of the left-hand wheel",
                 (_, TrackSide::Right) => " of the right-hand wheel",
             };
-            summary.line(format!(
-                "contact {}{wheel}{place}, contact angle {:.2} degrees",
-                number + 1,
-                one.angle.to_degrees()
-            ));
+            let lies = match contact.around.is_empty() {
+                true => format!("contact angle {:.2} degrees", one.angle.to_degrees()),
+                false => format!("{} rad around the lower body", one.turned),
+            };
+            summary.line(format!("contact {}{wheel}{place}, {lies}", number + 1));
         }
         let [fx, fy, fz] = resultant.force;
         let nodes = s.patches[number].nodes();

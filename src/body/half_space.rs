@@ -6,7 +6,7 @@
 //! a tangential force Q along x gives u_x = Q/(2πG)·((1−ν)/r + ν X²/r³), u_y = Q ν X Y/(2πG r³), u_n = Q(1−2ν) X/(4πG
 //! r²).
 
-use super::hybrid::{self, Compact, Lines};
+use super::hybrid::{self, Compact, ContactFunctions, Lines};
 use super::modes::Extent;
 use super::{ElasticBody, Kind, ProgressFn, TraceModes};
 use crate::parallel::World;
@@ -261,6 +261,11 @@ impl ElasticBody for HalfSpaceBody<'_> {
         let few =
             || Compact { half_space: self.material, beside: Mat::zeros(order, order), seen: Mat::zeros(order, 0) };
         Ok((places < 2).then(few))
+    }
+
+    fn contact_functions(&self) -> Result<Option<ContactFunctions>> {
+        let whole = |Compact { half_space, beside, seen }| ContactFunctions { half_space, constant: beside, seen };
+        Ok(self.compact()?.map(whole))
     }
 
     fn factorise(&mut self) -> Result<Option<String>> {

@@ -82,6 +82,25 @@ pub struct Compact {
     pub seen: Mat<f64>,
 }
 
+/// The whole contact rows of a body in few numbers: files keep them in place of matrices.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ContactFunctions {
+    /// The half-space.
+    pub half_space: HalfSpace,
+    /// Compliance beside it, that of the modes included, m/N and so on, `[9T, 9T]`.
+    pub constant: Mat<f64>,
+    /// The modes, 1/√kg and 1/(√kg m), `[9T, m]`.
+    pub seen: Mat<f64>,
+}
+
+impl ContactFunctions {
+    /// Static compliance of the contact rows on `grids`, m/N, `[3n, 3n]`, and the modes there, 1/√kg, `[3n, m]`: to the
+    /// last bit those of [`Hybrid`].
+    pub fn on_grids(&self, grids: &[Lines]) -> Result<(Mat<f64>, Mat<f64>)> {
+        Ok((matrix(&self.half_space, &self.constant, grids)?, expansions(grids) * &self.seen))
+    }
+}
+
 /// The contact rows of a body, on every rank.
 #[derive(Debug, Clone)]
 pub struct Hybrid {
@@ -260,6 +279,11 @@ impl Hybrid {
     pub fn compact(&self, name: &str) -> Result<Compact> {
         let beside = self.constant(name)? - &self.modal;
         Ok(Compact { half_space: self.half_space, beside, seen: self.seen.clone() })
+    }
+
+    /// The contact rows of the body `name` in few numbers, after its modes are known.
+    pub fn functions(&self, name: &str) -> Result<ContactFunctions> {
+        Ok(ContactFunctions { half_space: self.half_space, constant: self.constant(name)?, seen: self.seen.clone() })
     }
 
     /// Collective: static compliance of the contact rows of the body `name`, m/N, `[3n, 3n]` on rank 0. What is left

@@ -29,7 +29,7 @@ pub mod residual_flexibility;
 pub mod rigid;
 pub(crate) mod rigid_motions;
 pub mod rotation;
-pub mod separate_rails;
+pub mod separate_bodies;
 pub mod statics;
 pub mod supports;
 pub mod swept;
@@ -47,7 +47,7 @@ use crate::swept::{Infinite, OutlineModes, PictureModes};
 use crate::Result;
 use faer::{Mat, MatRef};
 use fe::BodyModes;
-use hybrid::{Compact, LoadCircles};
+use hybrid::{Compact, ContactFunctions, LoadCircles};
 use mode_cache::CachedModes;
 use modes::Extent;
 use nearest::Nearest;
@@ -207,6 +207,12 @@ pub trait ElasticBody {
     /// Low-rank data of its contact rows, where that is few numbers, the same on every rank, after
     /// [`ElasticBody::factorise`] and [`ElasticBody::modes`].
     fn compact(&self) -> Result<Option<Compact>> {
+        Ok(None)
+    }
+
+    /// Its whole contact rows in few numbers, where that is possible, the same on every rank, after
+    /// [`ElasticBody::factorise`] and [`ElasticBody::modes`].
+    fn contact_functions(&self) -> Result<Option<ContactFunctions>> {
         Ok(None)
     }
 

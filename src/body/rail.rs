@@ -3,7 +3,7 @@
 
 use super::clusters;
 use super::half_space::HalfSpace;
-use super::hybrid::{of_circles, statics, Compact, Hybrid, LoadCircles};
+use super::hybrid::{of_circles, statics, Compact, ContactFunctions, Hybrid, LoadCircles};
 use super::mode_cache::{by_ranks, CachedModes};
 use super::modes::Extent;
 use super::{ContactSpec, ElasticBody, Kind, ModeLabel, ProgressFn, TraceModes};
@@ -354,6 +354,10 @@ impl ElasticBody for RailOnTrack<'_> {
 
     fn compact(&self) -> Result<Option<Compact>> {
         self.contact.compact(&self.name).map(Some)
+    }
+
+    fn contact_functions(&self) -> Result<Option<ContactFunctions>> {
+        self.contact.functions(&self.name).map(Some)
     }
 
     fn contact_compliances(&self, circles: LoadCircles) -> Result<Option<Vec<Mat<f64>>>> {

@@ -9,7 +9,7 @@ mod suspended;
 
 use super::clusters;
 use super::half_space::HalfSpace;
-use super::hybrid::{of_circles, statics, Compact, Hybrid, LoadCircles};
+use super::hybrid::{of_circles, statics, Compact, ContactFunctions, Hybrid, LoadCircles};
 use super::mode_cache::{by_ranks, CachedModes};
 use super::modes::Extent;
 use super::{ContactSpec, ElasticBody, Kind, ProgressFn, TraceModes};
@@ -356,6 +356,10 @@ impl ElasticBody for Swept<'_> {
 
     fn compact(&self) -> Result<Option<Compact>> {
         self.contact.compact(&self.name).map(Some)
+    }
+
+    fn contact_functions(&self) -> Result<Option<ContactFunctions>> {
+        self.contact.functions(&self.name).map(Some)
     }
 
     fn contact_compliances(&self, circles: LoadCircles) -> Result<Option<Vec<Mat<f64>>>> {

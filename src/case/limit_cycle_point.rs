@@ -88,8 +88,10 @@ impl LimitCyclePoint<'_> {
         let nodes = [found.contact.nodes.len(), found.spectrum.sticking];
         let mode = found.spectrum.eigenpairs.iter().filter(|e| e.frequency() > 0.0).nth(self.mode);
         let unstable = found.spectrum.eigenpairs.first().is_some_and(|e| grows(e.value, e.backward_error));
+        // That of the first contact, as the report of a step has it.
+        let first = &rest.reaction[..3 * self.model.0.patches[0].nodes().len()];
         let force = [0, 1, 2].map(|c| {
-            let sum: f64 = rest.reaction.iter().skip(c).step_by(3).sum();
+            let sum: f64 = first.iter().skip(c).step_by(3).sum();
             if c == 2 {
                 -sum
             } else {

@@ -124,7 +124,16 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
         let grid = |(_, body): &(_, &crate::job::Body)| super::swept::grid(job, body);
         let grids = job.bodies().iter().map(grid).collect::<Result<Vec<_>>>()?;
         if let ([Some(lower), Some(upper)], true) = (&grids[..], wanted(job)) {
-            report = foreseen(job, &interface_between(lower, upper)?)?;
+            let between = interface_between(lower, upper)?;
+            for (number, contact) in job.contact.iter().flat_map(Contact::all).enumerate() {
+                let found = foreseen_at((job, contact), &between)?;
+                if number > 0 {
+                    let turned = contact.turned;
+                    report.lines.push(format!("contact {}, {turned} rad around the lower body:", number + 1));
+                }
+                report.lines.extend(found.lines);
+                report.warnings.extend(found.warnings);
+            }
         }
         let carried = super::absorbers::of_job(job)?;
         report.lines.splice(0..0, super::swept::inertia(job)?.into_iter().chain(carried.lines));

@@ -1,7 +1,7 @@
 //! A rail, as a job gives it.
 
 use crate::body::rail::{RailOnTrack as RailBody, RailSpec};
-use crate::body::separate_rails::SeparateRails;
+use crate::body::separate_bodies::{SeparateBodies, SeparateBody};
 use crate::body::ContactSpec;
 use crate::fem::ElasticMaterial;
 use crate::job::{self, Extruded, Job, MeshSource, RailFile, RailSection};
@@ -289,14 +289,19 @@ pub(crate) fn build_both<'w>(
     job: &Job,
     body: (&str, &job::Body),
     contacts: [&[RailContact]; 2],
-) -> Result<SeparateRails<'w>> {
+) -> Result<SeparateBodies<'w>> {
     let [first, second] = contacts;
     let right = |of: &[RailContact]| of.first().and_then(|c| c.at).is_some_and(|at| at.right);
     let names = [first, second].map(|of| if right(of) { "right" } else { "left" });
     summary.line(format!("body {}: two rails without coupling, {} and {}", body.0, names[0], names[1]));
     let one = build((world, summary), job, body, first)?;
     let other = RailBody::new(world, body.0, planned(world, job, body, second)?.making)?;
-    Ok(SeparateRails::new(world, body.0, [(names[0], one), (names[1], other)]))
+    let named = |side: &str, rail: RailBody<'w>| SeparateBody {
+        name: format!("{side} rail"),
+        family: Some(side.into()),
+        body: Box::new(rail),
+    };
+    Ok(SeparateBodies::new(world, body.0, vec![named(names[0], one), named(names[1], other)]))
 }
 
 /// The lowest frequency that a job asks for a motion of the rail at, Hz.

@@ -2,8 +2,9 @@
 
 use super::bodies::{material_of, BuiltBodies};
 use super::{absorbers, rail};
+use crate::body::separate_bodies::{SeparateBodies, SeparateBody};
 use crate::body::swept::{RevolvedSpec, Swept};
-use crate::body::{ContactSpec, Side};
+use crate::body::{ContactSpec, ElasticBody, Side};
 use crate::fem::ElasticMaterial;
 use crate::grid::ContactGrid;
 use crate::job::{self, Job, MeshSource, Section, SectionFile, WheelDimensions};
@@ -329,6 +330,9 @@ pub fn build<'p>(
         }
         _ => false,
     };
+    // Angles of the contacts about the axle of the lower body; at each of them stands an upper one.
+    let angles: Vec<f64> = job.contact.iter().flat_map(job::Contact::all).map(|contact| contact.turned).collect();
+    let same = same && angles.len() < 2;
     let mut bodies = BuiltBodies::none();
     for (i, (name, body)) in given.iter().enumerate() {
         let grid = grid(job, body)?.filter(|_| !job.analyses.on_contact().is_empty());
@@ -342,14 +346,42 @@ pub fn build<'p>(
             bodies.unique.push(Box::new(rail::build((world, summary), job, (name, body), &[contact])?));
         } else {
             let lines = grid.as_ref().map(|g| [&g.x[..], &g.y[..]]);
-            let contacts: Vec<_> = lines.map(|lines| ContactSpec::own(lines, 0.0)).into_iter().collect();
-            bodies.unique.push(Box::new(made((world, summary), (name, body), section(body)?, (&contacts, 0.0))?));
+            let own = lines.map(|lines| ContactSpec::own(lines, 0.0));
+            bodies.unique.push(match side {
+                Side::Upper if angles.len() > 1 => {
+                    Box::new(alike((world, summary), (name, body), (own, angles.len()))?) as Box<dyn ElasticBody>
+                }
+                _ => {
+                    let at = |own| angles.iter().map(move |&along| ContactSpec { along, ..own });
+                    let contacts: Vec<_> = own.into_iter().flat_map(at).collect();
+                    Box::new(made((world, summary), (name, body), section(body)?, (&contacts, 0.0))?)
+                }
+            });
         }
         let grid = grid.filter(|_| world.is_root());
-        let grids = grid.into_iter().collect();
+        let grids = grid.into_iter().flat_map(|grid| vec![grid; angles.len()]).collect();
         bodies.places.push(super::bodies::Place::meshless((name, side), bodies.unique.len() - 1, grids, material));
     }
     Ok(bodies)
+}
+
+/// So many bodies like `body`, each with its own contact.
+fn alike<'p>(
+    (world, summary): (&'p World, &mut Summary),
+    body: (&str, &job::Body),
+    (contact, count): (Option<ContactSpec<RunningPlace>>, usize),
+) -> Result<SeparateBodies<'p>> {
+    let contacts: Vec<_> = contact.into_iter().collect();
+    let mut all = Vec::with_capacity(count);
+    for number in 1..=count {
+        // Told once for all of them.
+        let mut quiet = Summary::default();
+        let told = if number == 1 { &mut *summary } else { &mut quiet };
+        let one = made((world, told), body, section(body.1)?, (&contacts, 0.0))?;
+        all.push(SeparateBody { name: format!("body {number}"), family: None, body: Box::new(one) });
+    }
+    summary.line(format!("body {}: {count} alike around the lower one, without coupling of their own", body.0));
+    Ok(SeparateBodies::new(world, body.0, all))
 }
 
 #[cfg(test)]

@@ -173,6 +173,7 @@ impl Job {
             let friction = &contact.friction;
             let further = own.further.iter().map(|c| Contact { friction: friction.clone(), ..c.clone() });
             contact.further = further.collect();
+            contact.make_around();
             *own = contact;
         } else {
             let Bodies { lower, upper } = &mut job.bodies;

@@ -56,6 +56,9 @@ pub fn fe_inputs(job: &Job) -> Value {
     if let Some(grid) = contact.and_then(|c| c.grid) {
         inputs["contact"]["grid"] = json!(grid);
     }
+    if let Some(contact) = contact.filter(|c| !c.around.is_empty()) {
+        inputs["contact"]["around"] = json!(contact.around.iter().map(|one| one.angle).collect::<Vec<_>>());
+    }
     if let Some(placement) = job.placement() {
         inputs["contact"]["placement"] = json!(geometry(Some(placement)));
         inputs["contact"]["load"] = json!([contact.and_then(|c| c.normal_load), contact.and_then(|c| c.approach)]);

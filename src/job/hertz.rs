@@ -1,17 +1,17 @@
 //! How much a load strains the surfaces, and how large a contact it makes, by Hertz.
 
-use super::{Job, Load, Material};
+use super::{Contact, Job, Load, Material};
 use crate::{Error, Result};
 
 /// Largest strain of the contact surfaces, about, for which linear elasticity is used.
 const MAX_STRAIN: f64 = 0.05;
 
-/// An error if the load strains the surfaces of two built-in bodies beyond small strain. The measure is the largest
-/// Hertz pressure over the combined modulus E*, (2/π) a/R for a circular contact (K. L. Johnson, Contact Mechanics,
-/// 1985, eqs. 4.22–4.24); an elliptic contact is taken as the circular one of the same geometric mean curvature, a
-/// plain cylinder as a line contact across the width (eq. 4.45).
-pub(super) fn small_strain(job: &Job) -> Result<()> {
-    let (Some(contact), [(_, lower), (_, upper)]) = (&job.contact, &job.bodies()[..]) else { return Ok(()) };
+/// An error if the load of a `contact`, whose key in the job is `path`, strains the surfaces of two built-in bodies
+/// beyond small strain. The measure is the largest Hertz pressure over the combined modulus E*, (2/π) a/R for a
+/// circular contact (K. L. Johnson, Contact Mechanics, 1985, eqs. 4.22–4.24); an elliptic contact is taken as the
+/// circular one of the same geometric mean curvature, a plain cylinder as a line contact across the width (eq. 4.45).
+pub(super) fn small_strain(job: &Job, (path, contact): (&str, &Contact)) -> Result<()> {
+    let [(_, lower), (_, upper)] = &job.bodies()[..] else { return Ok(()) };
     let (Some(a), Some(b)) = (lower.running(), upper.running()) else {
         return Ok(());
     };
@@ -37,7 +37,7 @@ pub(super) fn small_strain(job: &Job) -> Result<()> {
     }
     let value = contact.normal_load.or(contact.approach).unwrap_or_default();
     Err(Error::Job(format!(
-        "contact.{key}: found {value:e}, which would strain the surfaces by about {:.3} %; the bodies are \
+        "{path}.{key}: found {value:e}, which would strain the surfaces by about {:.3} %; the bodies are \
          linear elastic at small strain, \
          taken to hold up to {} %. Reduce it",
         100.0 * strain,
@@ -86,14 +86,15 @@ mod tests {
         // The paper's cylinders: 1401.0 MPa at 70 kN, E* = 112.64 GPa. The strain grows with the cube root of the load.
         let strain: f64 = 1401.0e6 / (205e9 / 2.0 / (1.0 - 0.09));
         let limit = 70e3 * (MAX_STRAIN / strain).powi(3);
-        let at = |load: f64| small_strain(&job(&[&format!("contact.normal_load={load}")]));
+        let strains = |job: &Job| small_strain(job, ("contact", job.contact.as_ref().unwrap()));
+        let at = |load: f64| strains(&job(&[&format!("contact.normal_load={load}")]));
         assert!(at(0.999 * limit).is_ok());
         let error = at(1.001 * limit).unwrap_err();
         assert_eq!(error.exit_code(), 2);
         assert!(error.to_string().contains("about 5.0"), "{error}");
         // Hertz' approach is a²/R = (π strain / 2)² R with R = 1/curvature = 0.25 m.
         let approach = (std::f64::consts::PI * MAX_STRAIN / 2.0).powi(2) * 0.25;
-        let at = |d: f64| small_strain(&job(&["contact.normal_load=null", &format!("contact.approach={d}")]));
+        let at = |d: f64| strains(&job(&["contact.normal_load=null", &format!("contact.approach={d}")]));
         assert!(at(0.999 * approach).is_ok());
         assert!(at(1.001 * approach).is_err());
     }

@@ -101,6 +101,7 @@ impl Job {
         })?;
         job.schema = None;
         report(&name, job.take_wheel())?;
+        job.contact.iter_mut().for_each(Contact::make_around);
         job.resolve_groups();
         job.resolve_rotation();
         if let Some(only) = only {

@@ -20,9 +20,13 @@ const SLOWEST: f64 = 20.0;
 
 /// Warnings of what comes near the ends of the range; an error that names all that is beyond them.
 pub fn range(job: &Job) -> Result<Vec<String>> {
-    small_strain(job)?;
     let Some(contact) = job.contact.as_ref().filter(|_| !job.by_matrices()) else { return Ok(Vec::new()) };
-    let mut all = vec![slip(job, contact)];
+    let mut named = vec![("contact".to_owned(), contact)];
+    if !contact.around.is_empty() {
+        named.extend(contact.further.iter().enumerate().map(|(i, one)| (format!("contact.around.{i}"), one)));
+    }
+    named.iter().try_for_each(|(key, one)| small_strain(job, (key, one)))?;
+    let mut all: Vec<Small> = named.iter().map(|(key, one)| slip(job, (key, one))).collect();
     all.extend(mach(job, contact)?);
     if let Some(transient) = &job.analyses.transient {
         all.extend(motion(job, contact, transient));
@@ -44,7 +48,7 @@ fn largest(table: &Option<Vec<[f64; 2]>>) -> f64 {
 
 /// The largest rigid slip over the rolling speed. The surfaces of the bodies move at V(1 ± s/2), the convective terms
 /// of both take V.
-fn slip(job: &Job, contact: &Contact) -> Small {
+fn slip(job: &Job, (key, contact): (&str, &Contact)) -> Small {
     let c = contact.creepage;
     let histories = job.analyses.transient.as_ref().and_then(|t| t.histories.clone()).unwrap_or_default();
     let curve = job.analyses.creep_curve.as_ref();
@@ -56,7 +60,7 @@ fn slip(job: &Job, contact: &Contact) -> Small {
     let across = c.lateral.abs().max(largest(&histories.lateral)).max(farthest(CreepageKey::Lateral));
     let reach = contact_size(job).or(contact.patch.map(|p| p.half_length.max(p.half_width))).unwrap_or(0.0);
     let spin = reach * c.spin.abs().max(largest(&histories.spin)).max(farthest(CreepageKey::Spin));
-    let mut found = format!("contact.creepage {} {} {} 1/m", c.longitudinal, c.lateral, c.spin);
+    let mut found = format!("{key}.creepage {} {} {} 1/m", c.longitudinal, c.lateral, c.spin);
     let listed = [CreepageKey::Longitudinal, CreepageKey::Lateral, CreepageKey::Spin].map(farthest);
     if let Some(value) = listed.into_iter().filter(|v| *v > 0.0).reduce(f64::max) {
         found += &format!(", analyses.creep_curve.values up to {value}");

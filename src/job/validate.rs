@@ -279,6 +279,7 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         _ => {}
     }
     places::check(job, contact, faults);
+    places::check_around(job, contact, faults);
     let cylinders: Vec<(&str, &Cylinder)> = job
         .bodies()
         .into_iter()

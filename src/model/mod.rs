@@ -9,7 +9,6 @@ mod placed;
 mod receptance;
 mod rotating;
 
-use crate::body::half_space::HalfSpace;
 use crate::body::{ReducedBody, Side};
 use crate::grid::{ContactPatch, Interface};
 use crate::job::{self, Job};
@@ -18,6 +17,8 @@ use crate::{Error, Result};
 use faer::Mat;
 
 pub use crate::body::convolution::Product;
+pub use crate::body::half_space::HalfSpace;
+pub use crate::body::hybrid::{ContactFunctions, Lines, LOADS};
 pub use crate::body::rotation::{ModalRotation, RotationTerms};
 pub use crate::body::{Convolution, ModalBlock, ModalMatrix, ModeLabel, TraceModes};
 pub use damping::{damping, IntrinsicDamping};

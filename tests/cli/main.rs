@@ -30,6 +30,7 @@ mod rail;
 mod refusals;
 mod results;
 mod reuse;
+mod roller_rig;
 mod rotation;
 mod runs;
 mod sensitivities;

@@ -241,9 +241,8 @@ fn continued_samples_are_those_of_the_whole_search() {
     assert_eq!(bits(&open(folder.path("two.h5"))), bits(&one), "two ranks");
 }
 
-/// Growth rates of samples on bodies that are interpolated over their profiles are those of runs of these places alone.
-#[test]
-fn interpolated_places_are_those_computed() {
+/// Samples at places of a wheel on its rail that are interpolated.
+fn at_places() -> (Value, [&'static str; 4]) {
     let mut job = job("uncertain-squeal.json");
     let uniform = |from: f64, to: f64| json!({ "uniform": { "from": from, "to": to } });
     let keys = ["contact.friction", "contact.placement.lateral", "contact.placement.yaw", "contact.normal_load"];
@@ -252,6 +251,39 @@ fn interpolated_places_are_those_computed() {
         keys.iter().zip(laws).map(|(key, law)| json!({ "key": key, "distribution": law })).collect();
     job["analyses"]["uncertainty"] =
         json!({ "inputs": inputs, "samples": 96, "method": "latin_hypercube", "indices": false });
+    (job, keys)
+}
+
+/// Interpolated bodies with few modes, whose eigenvalues are those of a dense pencil: samples are alike on one rank and
+/// two, and the same to the last bit after a stop.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn interpolated_places_go_on_after_a_stop() {
+    let (mut job, _) = at_places();
+    job["analyses"]["modes"]["max_frequency"] = json!(800);
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &["--output", &folder.text("one.h5")]);
+    assert!(ran.good().out.contains("96 points on 1 reduced model,"), "{}", ran.out);
+    let one = open(folder.path("one.h5"));
+    folder.call(2, "run", &["--output", &folder.text("two.h5")]).good();
+    // Ranks add up the compliance of the bodies in another order.
+    let [rates, two] = [&one, &open(folder.path("two.h5"))].map(|file| numbers(file, "growth_rate"));
+    assert!(rates.iter().zip(&two).all(|(a, b)| (a - b).abs() <= 1e-8 * a.abs().max(1.0)), "{rates:?} and {two:?}");
+
+    let output = folder.text("stopped.h5");
+    let (job, kept) = (folder.text("job.json"), folder.path("stopped.uncertainty/points"));
+    let mut child = start(std::process::Command::new(PROGRAM), &["run", &job, "--output", &output]);
+    wait_until("a first block", &mut child, || std::fs::metadata(&kept).is_ok_and(|m| m.len() > 0));
+    signal("TERM", child.id());
+    assert_eq!(child.wait().expect("end").code(), Some(5));
+    folder.call(1, "run", &["--output", &output]).good();
+    assert_eq!(bits(&open(folder.path("stopped.h5"))), bits(&one), "after a stop");
+}
+
+/// Growth rates of samples on bodies that are interpolated over their profiles are those of runs of these places alone.
+#[test]
+fn interpolated_places_are_those_computed() {
+    let (job, keys) = at_places();
     let folder = Folder::with(job.to_string());
     let ran = folder.call(1, "run", &["--output", &folder.text("all.h5")]);
     assert!(ran.good().out.contains("growth rates at 8 computed places differ by up to"), "{}", ran.out);

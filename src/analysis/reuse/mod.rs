@@ -10,14 +10,20 @@ use crate::output::Reader;
 use crate::{Error, Result};
 use std::path::Path;
 
-/// Contents of the group `/reduced` beside a model made from `bodies` with these `modes`.
-pub fn origin(bodies: &BuiltBodies, modes: &[TraceModes]) -> Origin {
+/// Contents of the group `/reduced` beside a model made from `bodies` with these `modes`. Rows of several `contacts`
+/// are kept as few numbers.
+pub fn origin((bodies, contacts): (&BuiltBodies, usize), modes: &[TraceModes]) -> Result<Origin> {
     let alike = bodies.places.len() == 2 && bodies.places[0].body == bodies.places[1].body;
     let residual = |side: Side| {
         let place = bodies.places.iter().find(|p| p.side == side);
         place.and_then(|p| modes.get(p.body)).map(|m| m.residual.clone()).unwrap_or_default()
     };
-    Origin { alike, residual: Side::BOTH.map(residual) }
+    let functions = |side: Side| match bodies.places.iter().find(|p| p.side == side) {
+        Some(place) if contacts > 1 => bodies.unique.get(place.body).map_or(Ok(None), |b| b.contact_functions()),
+        _ => Ok(None),
+    };
+    let [lower, upper] = Side::BOTH.map(functions);
+    Ok(Origin { alike, residual: Side::BOTH.map(residual), functions: [lower?, upper?] })
 }
 
 /// Describes the contents of the file of an unfinished run, in words.

@@ -29,6 +29,10 @@ pub struct Contact {
     /// Wheels of a wheelset that are in contact.
     #[serde(default, skip_serializing_if = "ContactWheels::is_one")]
     pub wheels: ContactWheels,
+    /// Further bodies like the upper one that touch the lower one elsewhere around its axle, such as other wheels on a
+    /// roller. They share the keys of this contact except those that they give themselves.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub around: Vec<ContactAround>,
     /// Rolling speed V, m/s; needed unless `points` are given.
     #[serde(default, skip_serializing_if = "is_zero")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m/s"))]
@@ -61,9 +65,13 @@ pub struct Contact {
     /// True once load and position are those of the equilibrium in the curve, and no longer stand-ins.
     #[serde(skip)]
     pub in_equilibrium: bool,
-    /// The other contacts of a wheel that carries load at several places, and of the other wheel, once these are known.
+    /// The other contacts of a wheel that carries load at several places, of the other wheel, and of the bodies of
+    /// `around`, once these are known.
     #[serde(skip)]
     pub further: Vec<Contact>,
+    /// Angle of a contact of `around` about the axle of the lower body, rad.
+    #[serde(skip)]
+    pub turned: f64,
     /// Contact angle δ of a wheel on its rail, rad, positive where the rail falls to the right, once it is known.
     #[serde(skip)]
     pub angle: f64,
@@ -108,6 +116,23 @@ impl ContactPlaces {
     fn is_one(&self) -> bool {
         *self == Self::One
     }
+}
+
+/// A further body like the upper one that touches the lower one elsewhere around its axle.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ContactAround {
+    /// Angle about the axle of the lower body from the first contact, rad, positive towards +x: the material of a lower
+    /// body that turns passes the first contact before this one.
+    #[schemars(extend("unit" = "rad"))]
+    pub angle: f64,
+    /// Normal force that presses this body on the lower one, N. Default: load or approach of the first contact.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N"))]
+    pub normal_load: Option<f64>,
+    /// Rigid creep at this contact. Default: that of the first one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub creepage: Option<Creepage>,
 }
 
 fn is_zero(value: &f64) -> bool {
@@ -178,6 +203,23 @@ impl Contact {
         faults
     }
 
+    /// Makes the contacts of the bodies of `around`, which follow from their keys alone.
+    pub(crate) fn make_around(&mut self) {
+        if self.around.is_empty() {
+            return;
+        }
+        let base = Self { around: Vec::new(), further: Vec::new(), ..self.clone() };
+        let one = |own: &ContactAround| {
+            let mut contact = Self { turned: own.angle, ..base.clone() };
+            if own.normal_load.is_some() {
+                (contact.normal_load, contact.approach) = (own.normal_load, None);
+            }
+            contact.creepage = own.creepage.unwrap_or(contact.creepage);
+            contact
+        };
+        self.further = self.around.iter().map(one).collect();
+    }
+
     /// Takes off what [`Contact::stand_in`] and the equilibrium have filled in.
     pub(super) fn remove_derived(&mut self) {
         (self.normal_load, self.speed, self.placement) = (None, 0.0, None);
@@ -194,7 +236,7 @@ impl Contact {
         }
     }
 
-    /// The contacts: this one, then the other ones of the same wheel, then those of the other wheel.
+    /// The contacts: this one, then the other ones of the same wheel, then those of other wheels.
     pub fn all(&self) -> impl Iterator<Item = &Contact> {
         std::iter::once(self).chain(&self.further)
     }

@@ -1,11 +1,19 @@
-//! Rules of a wheel that touches its rail at several places, and of a wheelset that touches both rails.
+//! Rules of a wheel that touches its rail at several places, of a wheelset that touches both rails, and of several
+//! bodies around one.
 
 use super::super::model::*;
 use super::super::transient::{BodyName, TransientModel};
+use std::f64::consts::{PI, TAU};
 
 /// Distance of the running circles of the built-in wheelset, m, and by how much a job may miss it.
 const CIRCLES: f64 = 1.5;
 const MISSED: f64 = 5e-3;
+
+/// Reason why a job has several contacts, and the same job with one, as messages say them.
+struct SeveralContacts {
+    cause: String,
+    without: String,
+}
 
 /// Adds the faults of a job in what it says of the places of contact and of the wheels.
 pub fn check(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
@@ -47,7 +55,81 @@ pub fn check(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             ));
         }
     }
-    check_analyses(job, contact, (key, value), faults);
+    let several =
+        SeveralContacts { cause: format!("contact.{key} = \"{value}\""), without: format!("contact.{key} = \"one\"") };
+    check_analyses(job, contact, &several, faults);
+}
+
+/// Smallest angle between two bodies around one, rad: nearer ones stand at one place.
+const APART: f64 = 1e-3;
+
+/// Adds the faults of a job in what it says of further bodies around the lower one.
+pub fn check_around(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
+    if contact.around.is_empty() {
+        return;
+    }
+    let revolved = |body: &Body| matches!(body.mesh, Some(MeshSource::Revolved(_)));
+    let drawn = contact.placement.is_none() && job.bodies().iter().all(|(_, body)| revolved(body));
+    if !drawn {
+        faults.push(
+            "contact.around: takes two bodies of revolution by their sections (mesh.revolved) that a contact.patch \
+             joins, without contact.placement; leave it out"
+                .into(),
+        );
+        return;
+    }
+    let bodies = job.bodies();
+    let radii: Vec<f64> = bodies.iter().filter_map(|(_, body)| body.running()).map(|r| r.radius).collect();
+    let mut angles = vec![("the first contact".to_owned(), 0.0)];
+    for (i, one) in contact.around.iter().enumerate() {
+        let angle = one.angle;
+        if !(angle.is_finite() && angle.abs() <= PI) {
+            faults.push(format!("contact.around.{i}.angle: found {angle}, expected an angle from -π to π (rad)"));
+            continue;
+        }
+        for (name, other) in &angles {
+            // Of the angle between two radii the smaller one.
+            let between = (angle - other).rem_euclid(TAU);
+            let between = between.min(TAU - between);
+            if between < APART {
+                faults.push(format!(
+                    "contact.around.{i}.angle: found {angle} rad, where {name} is; expected another place"
+                ));
+            } else if let [roller, wheel] = radii[..] {
+                let least = 2.0 * (wheel / (roller + wheel)).asin();
+                if between < least {
+                    faults.push(format!(
+                        "contact.around.{i}.angle: found {between:.4} rad between it and {name}; expected at least \
+                         {least:.4} rad: two bodies of {wheel} m radius on one of {roller} m would overlap"
+                    ));
+                }
+            }
+        }
+        angles.push((format!("contact.around.{i}"), angle));
+    }
+    let upper = job.bodies.upper.as_ref();
+    if upper.and_then(|body| body.modes.as_ref()).is_some_and(|modes| !modes.measured.is_empty()) {
+        faults.push(
+            "bodies.upper.modes.measured: names modes of one body, and contact.around has several; leave one of the \
+             two out"
+                .into(),
+        );
+    }
+    let swept = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
+    for (name, given) in [
+        ("transient", job.analyses.transient.as_ref().is_some_and(|t| t.sound_power.is_some())),
+        ("cycles", job.analyses.cycles.as_ref().is_some_and(|c| c.sound_power.is_some())),
+        ("sweep.cycles", swept.is_some_and(|c| c.sound_power.is_some())),
+    ] {
+        if given {
+            faults.push(format!(
+                "analyses.{name}.sound_power: the sound of several bodies around one is not known; leave it or \
+                 contact.around out"
+            ));
+        }
+    }
+    let several = SeveralContacts { cause: "contact.around".into(), without: "a job without contact.around".into() };
+    check_analyses(job, contact, &several, faults);
 }
 
 /// Faults of the loads of a wheel at all places of contact, outside of a curve.
@@ -103,19 +185,18 @@ fn check_wheelset(job: &Job, contact: &Contact, placement: &Placement, faults: &
     }
 }
 
-/// Faults of what takes one contact, in a job with several by the value of a key.
-fn check_analyses(job: &Job, contact: &Contact, (key, value): (&str, &str), faults: &mut Vec<String>) {
+/// Faults of what takes one contact, in a job with several.
+fn check_analyses(job: &Job, contact: &Contact, several: &SeveralContacts, faults: &mut Vec<String>) {
+    let SeveralContacts { cause, without } = several;
     let on_meshes = job.bodies().into_iter().find(|(_, body)| matches!(body.mesh, Some(MeshSource::File(_))));
     if let Some((name, _)) = on_meshes {
         faults.push(format!(
-            "bodies.{name}.mesh.file: contact.{key} = \"{value}\" takes bodies swept from sections (mesh.revolved, \
+            "bodies.{name}.mesh.file: {cause} takes bodies swept from sections (mesh.revolved, \
              mesh.extruded), or half-spaces without meshes"
         ));
     }
     if contact.roughness.is_some() {
-        faults.push(format!(
-            "contact.roughness: has a meaning for one contact; expected contact.{key} = \"one\", or no roughness"
-        ));
+        faults.push(format!("contact.roughness: has a meaning for one contact; expected {without}, or no roughness"));
     }
     let analyses = &job.analyses;
     if let Some(transient) = &analyses.transient {
@@ -123,43 +204,45 @@ fn check_analyses(job: &Job, contact: &Contact, (key, value): (&str, &str), faul
         for (name, given) in [("histories", transient.histories.is_some()), ("model \"full\"", full)] {
             if given {
                 faults.push(format!(
-                    "analyses.transient.{name}: has a meaning for one contact; expected contact.{key} = \"one\", or a \
+                    "analyses.transient.{name}: has a meaning for one contact; expected {without}, or a \
                      transient on the modes with constant loads and creepages"
                 ));
             }
         }
     }
-    if contact.wheels == ContactWheels::Both && analyses.cycles.is_some() {
-        faults.push(
-            "analyses.cycles: the wheelset turns about its axle without stiffness, so that the mean of this motion \
+    let swept = analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
+    for (name, given) in [("cycles", analyses.cycles.is_some()), ("sweep.cycles", swept.is_some())] {
+        if contact.wheels != ContactWheels::Both || !given {
+            continue;
+        }
+        faults.push(format!(
+            "analyses.{name}: the wheelset turns about its axle without stiffness, so that the mean of this motion \
              does not follow from the forces; expected contact.wheels = \"one\" and a wheel whose bore is fixed"
-                .into(),
-        );
+        ));
     }
     let heard = [
         ("transient", analyses.transient.as_ref().and_then(|t| t.sound_power.as_ref())),
         ("cycles", analyses.cycles.as_ref().and_then(|c| c.sound_power.as_ref())),
+        ("sweep.cycles", swept.and_then(|c| c.sound_power.as_ref())),
     ];
     for (name, sound) in heard {
         if sound.is_some_and(|s| s.bodies.contains(&BodyName::Lower)) {
             faults.push(format!(
                 "analyses.{name}.sound_power.bodies: the sound of a rail is that under one contact; expected \
-                 [\"upper\"], the sound of the wheel alone, or contact.{key} = \"one\""
+                 [\"upper\"], the sound of the wheel alone, or {without}"
             ));
         }
     }
-    let cycles = analyses.sweep.as_ref().is_some_and(|s| s.cycles.is_some());
     let point = analyses.stability.as_ref().is_some_and(|s| s.contact == StabilityContact::Point);
     let full = analyses.stability.as_ref().is_some_and(|s| s.full.is_some());
     for (name, given) in [
         ("analyses.creep_curve", analyses.creep_curve.is_some()),
-        ("analyses.sweep.cycles", cycles),
         ("analyses.stability.full", full),
         ("analyses.stability.contact", point),
     ] {
         if given {
             faults.push(format!(
-                "{name}: takes one contact; expected contact.{key} = \"one\", or a job with modes, steady, stability \
+                "{name}: takes one contact; expected {without}, or a job with modes, steady, stability \
                  on the reduced model, sweep, uncertainty and transient"
             ));
         }

@@ -186,7 +186,9 @@ pub fn tables(branches: &[Branch], along: &str, points: usize, all: &[Cycle]) ->
         numbers("back", "1/s", "Rate at which small deviations of the amplitude go back.", &|c| c.back),
         numbers("time", "s", "Time that was simulated.", &|c| c.time),
         numbers("kinetic", "J", "Mean kinetic energy.", &|c| c.kinetic),
-        rows("force", "N", "Mean contact force (x, y, z) on body 1.", &[3], &|c| c.force.to_vec()),
+        rows("force", "N", "Mean contact force (x, y, z) on body 1, at the first contact.", &[3], &|c| {
+            c.force.to_vec()
+        }),
         rows("force_rms", "N", "Root mean square of the force about its mean.", &[3], &|c| c.sway.to_vec()),
         rows("stick", "1", "Share of the closed nodes that stick: mean and largest.", &[2], &|c| c.stick.to_vec()),
         counts("closed", "Fewest closed nodes.", &|c| c.closed),

@@ -3,7 +3,9 @@
 use super::super::{sha256, Reader, Table, Values};
 use crate::grid::Interface;
 use crate::job::{differences, fe_inputs, Job};
-use crate::model::{ContactTrace, ModalRotation, ModeLabel, ReducedModel, TraceModes};
+use crate::model::{
+    ContactFunctions, ContactTrace, HalfSpace, Lines, ModalRotation, ModeLabel, ReducedModel, TraceModes, LOADS,
+};
 use crate::{Error, Result};
 use faer::Mat;
 use serde_json::Value;
@@ -11,6 +13,8 @@ use std::path::Path;
 
 /// Version of the group `/reduced`; since 2 with the SHA-256 of each dataset.
 const VERSION: i64 = 3;
+/// The same of a group that keeps the contact rows as few numbers.
+const OF_FUNCTIONS: i64 = 4;
 
 /// Contents of the group `/reduced` beside the model.
 #[derive(Debug, Clone, Default)]
@@ -19,6 +23,8 @@ pub struct Origin {
     pub alike: bool,
     /// Residuals of the modes of the lower and the upper body.
     pub residual: [Vec<f64>; 2],
+    /// Contact rows of the lower and the upper body, where few numbers are kept in place of matrices.
+    pub functions: [Option<ContactFunctions>; 2],
 }
 
 /// Dataset by which a file says that its group `/reduced` holds the modes alone.
@@ -27,7 +33,8 @@ const ALONE: &str = "/reduced/alone";
 /// On rank 0: the group `/reduced` of the `model`.
 pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Table>> {
     let s = &model.interface;
-    let mut tables = head(job, origin.alike)?;
+    let few = origin.functions.iter().any(Option::is_some);
+    let mut tables = head(job, origin.alike, if few { OF_FUNCTIONS } else { VERSION })?;
     for (number, patch) in s.patches.iter().enumerate() {
         let [x, y] = lines_of(number);
         tables.push(Table::list(&x, "m", "Longitudinal positions of the grid lines.", patch.x.clone()));
@@ -40,13 +47,17 @@ pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Ta
             omega: &body.omega,
             reach: body.reach,
             residual: &origin.residual[i],
-            rows: &body.contact_modes,
+            rows: origin.functions[i].is_none().then_some(&body.contact_modes),
             names: &body.names,
             damping: model.own[i].matrix.as_ref().map(|own| own.full()),
             springs: &model.own[i].springs,
             rotation: model.rotation[i].as_ref(),
         };
         tables.extend(known.tables(name));
+        if let Some(functions) = &origin.functions[i] {
+            tables.extend(of_functions(name, functions));
+            continue;
+        }
         let compliance = model.at_rest[model.place[i]].as_ref().unwrap_or(&body.compliance);
         let (path, text) =
             (format!("/reduced/{name}/compliance"), "Static compliance of the contact rows, in lower form.");
@@ -58,16 +69,33 @@ pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Ta
 
 /// On rank 0: the same without compliance, of the `modes` of the bodies that differ.
 pub fn tables_of_modes(job: &Job, alike: bool, modes: &[TraceModes]) -> Result<Vec<Table>> {
-    let mut tables = head(job, alike)?;
+    let mut tables = head(job, alike, VERSION)?;
     tables.push(Table::scalar(ALONE, "-", "Contents of the group, where it does not hold all.", "modes"));
     for (name, found) in ["lower", "upper"].into_iter().zip(modes) {
         let rows =
             found.rows.as_ref().ok_or_else(|| Error::Defect("modes are kept without the contact's rows".into()))?;
         let TraceModes { omega, residual, names, damping, springs, rotation, reach, .. } = found;
         let (damping, rotation) = (damping.clone(), rotation.as_ref());
-        tables.extend(Known { omega, residual, names, damping, springs, rotation, reach: *reach, rows }.tables(name));
+        let (reach, rows) = (*reach, Some(rows));
+        tables.extend(Known { omega, residual, names, damping, springs, rotation, reach, rows }.tables(name));
     }
     Ok(tables.into_iter().map(Table::summed).collect())
+}
+
+/// Contact rows of the body in one place as few numbers.
+fn of_functions(place: &str, of: &ContactFunctions) -> Vec<Table> {
+    let path = |what: &str| format!("/reduced/{place}/{what}");
+    let (order, count) = of.seen.shape();
+    let HalfSpace { young, poisson } = of.half_space;
+    let beside = "Compliance beside the half-spaces between the functions of all contacts, nine each: (1, x, y) times \
+                  the directions x, y, n.";
+    let seen = "Amplitudes of these functions in the mass-normalised modes, in lower form.";
+    vec![
+        Table::scalar(&path("young"), "Pa", "Young's modulus of the half-space at each contact.", young),
+        Table::scalar(&path("poisson"), "1", "Poisson's ratio of the half-space at each contact.", poisson),
+        Table::new(&path("function_compliance"), "m/N", beside, &[order, order], by_rows(&of.constant)),
+        Table::new(&path("function_modes"), "kg^-1/2", seen, &[order, count], by_rows(&of.seen)),
+    ]
 }
 
 /// Datasets of the grid lines of the contact `number`, from 0.
@@ -98,10 +126,10 @@ fn interface(reader: &Reader, line: &dyn Fn(&str) -> Result<Vec<f64>>) -> Result
 }
 
 /// Tables at the beginning of both.
-fn head(job: &Job, alike: bool) -> Result<Vec<Table>> {
+fn head(job: &Job, alike: bool, version: i64) -> Result<Vec<Table>> {
     let inputs = summed_inputs(job)?.to_string();
     Ok(vec![
-        Table::scalar("/reduced/version", "-", "Version of this group.", VERSION),
+        Table::scalar("/reduced/version", "-", "Version of this group.", version),
         Table::scalar(
             "/reduced/inputs",
             "-",
@@ -124,7 +152,8 @@ struct Known<'a> {
     omega: &'a [f64],
     reach: f64,
     residual: &'a [f64],
-    rows: &'a Mat<f64>,
+    /// None where few numbers stand for them.
+    rows: Option<&'a Mat<f64>>,
     names: &'a [ModeLabel],
     damping: Option<Mat<f64>>,
     springs: &'a [f64],
@@ -135,7 +164,7 @@ impl Known<'_> {
     /// The datasets of the body in one place.
     fn tables(&self, place: &str) -> Vec<Table> {
         let path = |what: &str| format!("/reduced/{place}/{what}");
-        let (rows, count) = self.rows.shape();
+        let count = self.omega.len();
         let mut tables = Vec::new();
         if self.reach.is_finite() && self.omega.last().is_some_and(|last| self.reach > *last) {
             let text = "Angular frequency up to which the modes are known, beyond the last one.";
@@ -144,8 +173,11 @@ impl Known<'_> {
         let text = "Angular frequencies of the free-interface modes, ascending.";
         tables.push(Table::list(&path("omega"), "rad/s", text, self.omega.to_vec()));
         tables.push(Table::list(&path("residual"), "1", "Relative residual of each mode.", self.residual.to_vec()));
-        let text = "Mass-normalised modes at the contact rows 3i + c, c = x, y, n into the body, in lower form.";
-        tables.push(Table::new(&path("contact_modes"), "kg^-1/2", text, &[rows, count], by_rows(self.rows)));
+        if let Some(rows) = self.rows {
+            let text = "Mass-normalised modes at the contact rows 3i + c, c = x, y, n into the body, in lower form.";
+            let shape = [rows.nrows(), rows.ncols()];
+            tables.push(Table::new(&path("contact_modes"), "kg^-1/2", text, &shape, by_rows(rows)));
+        }
         if !self.names.is_empty() {
             let orders: Vec<i64> = self.names.iter().map(|n| i64::from(n.order)).collect();
             let text = "Nodal diameters of each mode, or waves on its length.";
@@ -209,9 +241,10 @@ pub fn load(reader: &Reader, job: &Job) -> Result<ReusedModel> {
         Values::I64(v) if v[..] == [1] => 1,
         _ => integer("/reduced/version")?,
     };
-    if version != VERSION {
+    if ![VERSION, OF_FUNCTIONS].contains(&version) {
         return Err(Error::Input(format!(
-            "{name}: its reduced model has version {version}, this program reads {VERSION}; make the file again"
+            "{name}: its reduced model has version {version}, this program reads {VERSION} and {OF_FUNCTIONS}; make \
+             the file again"
         )));
     }
     let text = reader.verified_text("/reduced/inputs")?;
@@ -252,15 +285,37 @@ pub fn load(reader: &Reader, job: &Job) -> Result<ReusedModel> {
     let rows = interface.as_ref().map(|s| 3 * s.len());
     let square = |path: &str, order: usize| sized(path, Some(order), order);
     let alike = integer("/reduced/alike")? == 1;
+    let lines = |s: &Interface| s.patches.iter().map(|p| [p.x.clone(), p.y.clone()]).collect::<Vec<Lines>>();
+    let grids = interface.as_ref().map(lines).unwrap_or_default();
+    let mut functions = [None, None];
     let (mut modes, mut compliances) = (Vec::new(), Vec::new());
-    for place in ["lower", "upper"].into_iter().take(if alike { 1 } else { 2 }) {
+    for (i, place) in ["lower", "upper"].into_iter().enumerate().take(if alike { 1 } else { 2 }) {
         let path = |what: &str| format!("/reduced/{place}/{what}");
         let omega = line(&path("omega"))?;
         let residual = line(&path("residual"))?;
-        let contact_modes = sized(&path("contact_modes"), rows, omega.len())?;
-        if let Some(rows) = rows {
-            compliances.push(square(&path("compliance"), rows)?);
-        }
+        let contact_modes = match reader.has(&path("function_modes")) {
+            true => {
+                let order = LOADS * grids.len();
+                let seen = sized(&path("function_modes"), Some(order), omega.len())?;
+                let constant = square(&path("function_compliance"), order)?;
+                let one = |what: &str| match line(&path(what))?[..] {
+                    [value] => Ok(value),
+                    _ => Err(Error::Input(format!("{name}: {}: expected one number", path(what)))),
+                };
+                let half_space = HalfSpace { young: one("young")?, poisson: one("poisson")? };
+                let few = ContactFunctions { half_space, constant, seen };
+                let (compliance, contact_modes) = few.on_grids(&grids)?;
+                compliances.push(compliance);
+                functions[i] = Some(few);
+                contact_modes
+            }
+            false => {
+                if let Some(rows) = rows {
+                    compliances.push(square(&path("compliance"), rows)?);
+                }
+                sized(&path("contact_modes"), rows, omega.len())?
+            }
+        };
         let last = omega.last().copied().unwrap_or(0.0);
         let reach = match reader.has(&path("reach")) {
             true => line(&path("reach"))?.first().copied().unwrap_or(last),
@@ -308,7 +363,7 @@ pub fn load(reader: &Reader, job: &Job) -> Result<ReusedModel> {
         });
     }
     let residual = |i: usize| modes[i.min(modes.len() - 1)].residual.clone();
-    let origin = Origin { alike, residual: [residual(0), residual(1)] };
+    let origin = Origin { alike, residual: [residual(0), residual(1)], functions };
     let model = match interface {
         Some(interface) => {
             let part = |(modes, compliance): (&TraceModes, Mat<f64>)| match job.analyses.modes {

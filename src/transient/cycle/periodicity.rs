@@ -34,11 +34,11 @@ pub struct SectionReturns {
 pub struct Record {
     /// Mean kinetic energy, J.
     pub kinetic: f64,
-    /// Mean forces on body 1 (x, y, z), N.
+    /// Mean force on body 1 at the first contact (x, y, z), N.
     pub force: [f64; 3],
     /// Root mean squares about them, N.
     pub sway: [f64; 3],
-    /// Amplitudes of the forces at the multiples of the frequency, N, `[harmonics][3]`.
+    /// Amplitudes of this force at the multiples of the frequency, N, `[harmonics][3]`.
     pub lines: Vec<[C; 3]>,
     /// Nodes that stick, of those that are closed: mean and largest share.
     pub stick: [f64; 2],

@@ -30,9 +30,10 @@ pub struct StepReport {
 }
 
 impl StepReport {
-    /// Sum of the forces on body 1 (x, y, z), N, those of several patches each in its own frame.
+    /// Force on body 1 at the first contact (x, y, z), N: forces of several contacts have frames of their own and no
+    /// sum.
     pub fn force(&self) -> [f64; 3] {
-        self.patches.iter().fold([0.0; 3], |sum, p| [0, 1, 2].map(|c| sum[c] + p.force[c]))
+        self.patches.first().map_or([0.0; 3], |patch| patch.force)
     }
 
     /// Closed nodes of all patches.

@@ -1,0 +1,240 @@
+//! Bodies on one side of the contacts as one body: no one of them moves another one, as the rails of a track without
+//! sleepers that both share, or the wheels on one roller.
+//!
+//! With the contacts of the first body stacked before those of the next ones, and modes of all in ascending order,
+//!
+//! ```text
+//! C = diag(C_1, C_2, …),   Ψ = diag(Ψ_1, Ψ_2, …) Q,   D = Qᵀ diag(D_1, D_2, …) Q
+//! ```
+//!
+//! with the compliances C_i, the modes Ψ_i at the contact rows, their damping and terms of rotation D_i, and the
+//! permutation Q.
+
+use super::hybrid::{Compact, ContactFunctions};
+use super::mode_cache::CachedModes;
+use super::modes::Extent;
+use super::rotation::ModalRotation;
+use super::{ElasticBody, Kind, ModeLabel, ProgressFn, TraceModes};
+use crate::parallel::World;
+use crate::swept::Infinite;
+use crate::{Error, Result};
+use faer::Mat;
+
+/// One of some bodies that do not move each other.
+pub struct SeparateBody<'w> {
+    /// Its name among them, as messages have it.
+    pub name: String,
+    /// Names of its modes; none: their own ones, with its name behind them.
+    pub family: Option<String>,
+    /// The body.
+    pub body: Box<dyn ElasticBody + 'w>,
+}
+
+/// Bodies that do not move each other.
+pub struct SeparateBodies<'w> {
+    world: &'w World,
+    name: String,
+    /// The bodies, in the order of their contacts.
+    bodies: Vec<SeparateBody<'w>>,
+    /// Body and number on it of each mode, ascending, once they are known.
+    order: Vec<(usize, usize)>,
+}
+
+impl<'w> SeparateBodies<'w> {
+    /// The body `name` of several; contact rows of the first one come first.
+    pub fn new(world: &'w World, name: &str, bodies: Vec<SeparateBody<'w>>) -> Self {
+        Self { world, name: name.into(), bodies, order: Vec::new() }
+    }
+
+    fn each(&self) -> impl Iterator<Item = &(dyn ElasticBody + 'w)> {
+        self.bodies.iter().map(|one| &*one.body)
+    }
+
+    /// Joins a matrix of each body whose rows are those of its contacts and whose columns are its modes, `[rows, m]`.
+    fn joined_modes(&self, each: &[&Mat<f64>]) -> Mat<f64> {
+        let rows = each.iter().map(|of| of.nrows()).sum();
+        let mut all = Mat::zeros(rows, self.order.len());
+        for (j, &(body, k)) in self.order.iter().enumerate() {
+            let first: usize = each[..body].iter().map(|of| of.nrows()).sum();
+            (0..each[body].nrows()).for_each(|i| all[(first + i, j)] = each[body][(i, k)]);
+        }
+        all
+    }
+
+    /// Joins a square matrix of the modes of each body, `[m, m]`.
+    fn joined_squares(&self, each: &[&Mat<f64>]) -> Mat<f64> {
+        let count = self.order.len();
+        Mat::from_fn(count, count, |i, j| match (self.order[i], self.order[j]) {
+            ((a, k), (b, l)) if a == b => each[a][(k, l)],
+            _ => 0.0,
+        })
+    }
+
+    /// Joins a list of the modes of each body; none where a body has none.
+    fn joined_list<T: Clone>(&self, each: &[&Vec<T>]) -> Vec<T> {
+        self.order.iter().filter_map(|&(body, k)| each[body].get(k).cloned()).collect()
+    }
+
+    /// Joins the terms of rotation of the bodies, which turn all or none.
+    fn joined_rotation(&self, each: &[TraceModes]) -> Option<ModalRotation> {
+        let all = each.iter().map(|of| of.rotation.as_ref()).collect::<Option<Vec<&ModalRotation>>>()?;
+        let joined = |of: fn(&ModalRotation) -> &Mat<f64>| {
+            self.joined_squares(&all.iter().map(|rotation| of(rotation)).collect::<Vec<_>>())
+        };
+        Some(ModalRotation {
+            gyroscopic: joined(|r| &r.gyroscopic),
+            stiffness: joined(|r| &r.stiffness),
+            derivative: joined(|r| &r.derivative),
+        })
+    }
+}
+
+/// Some matrices along the diagonal.
+fn diagonal(each: &[Mat<f64>]) -> Mat<f64> {
+    let (rows, columns) = (each.iter().map(Mat::nrows).sum(), each.iter().map(Mat::ncols).sum());
+    let mut all = Mat::zeros(rows, columns);
+    let mut at = (0, 0);
+    for of in each {
+        all.as_mut().submatrix_mut(at.0, at.1, of.nrows(), of.ncols()).copy_from(of);
+        at = (at.0 + of.nrows(), at.1 + of.ncols());
+    }
+    all
+}
+
+impl ElasticBody for SeparateBodies<'_> {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn kind(&self) -> Kind {
+        self.each().next().map_or(Kind::Rigid, ElasticBody::kind)
+    }
+
+    fn rows(&self) -> usize {
+        self.each().map(ElasticBody::rows).sum()
+    }
+
+    fn factorise(&mut self) -> Result<Option<String>> {
+        let mut texts: Vec<(String, String)> = Vec::new();
+        for SeparateBody { name, body, .. } in &mut self.bodies {
+            let made = body.factorise().map_err(|e| e.context(name.clone()))?;
+            texts.extend(made.map(|text| (name.clone(), text)));
+        }
+        // What is alike is told once.
+        match &texts[..] {
+            [] => Ok(None),
+            [(_, first), others @ ..] if others.iter().all(|(_, text)| text == first) => {
+                Ok(Some(format!("each: {first}")))
+            }
+            _ => Ok(Some(texts.iter().map(|(name, text)| format!("{name}: {text}")).collect::<Vec<_>>().join("; "))),
+        }
+    }
+
+    fn release(&mut self) -> Result<()> {
+        self.bodies.iter_mut().try_for_each(|one| one.body.release())
+    }
+
+    fn compliance(&self, steps: &mut ProgressFn) -> Result<Option<Mat<f64>>> {
+        let each = self.each().map(|body| body.compliance(steps)).collect::<Result<Vec<_>>>()?;
+        Ok(each.into_iter().collect::<Option<Vec<_>>>().map(|each| diagonal(&each)))
+    }
+
+    fn compact(&self) -> Result<Option<Compact>> {
+        let each = self.each().map(ElasticBody::compact).collect::<Result<Vec<_>>>()?;
+        let Some(each) = each.into_iter().collect::<Option<Vec<Compact>>>() else { return Ok(None) };
+        let seen = self.joined_modes(&each.iter().map(|of| &of.seen).collect::<Vec<_>>());
+        let half_space = each.first().map(|of| of.half_space);
+        let beside = diagonal(&each.into_iter().map(|of| of.beside).collect::<Vec<_>>());
+        Ok(half_space.map(|half_space| Compact { half_space, beside, seen }))
+    }
+
+    fn contact_functions(&self) -> Result<Option<ContactFunctions>> {
+        let each = self.each().map(ElasticBody::contact_functions).collect::<Result<Vec<_>>>()?;
+        let Some(each) = each.into_iter().collect::<Option<Vec<ContactFunctions>>>() else { return Ok(None) };
+        let seen = self.joined_modes(&each.iter().map(|of| &of.seen).collect::<Vec<_>>());
+        let half_space = each.first().map(|of| of.half_space);
+        let constant = diagonal(&each.into_iter().map(|of| of.constant).collect::<Vec<_>>());
+        Ok(half_space.map(|half_space| ContactFunctions { half_space, constant, seen }))
+    }
+
+    fn modes(&mut self, extent: Extent, steps: &mut ProgressFn) -> Result<TraceModes> {
+        let mut each: Vec<TraceModes> = Vec::new();
+        let mut found = None;
+        for one in &mut self.bodies {
+            // Bodies of one section have the same modes, seen at other places.
+            if let Some(found) = &found {
+                one.body.reuse_modes(found);
+            }
+            each.push(one.body.modes(extent, steps)?);
+            found = found.or(one.body.cached_modes());
+        }
+        let mut order: Vec<(usize, usize)> = Vec::new();
+        each.iter().enumerate().for_each(|(body, modes)| order.extend((0..modes.omega.len()).map(|k| (body, k))));
+        order.sort_by(|a, b| each[a.0].omega[a.1].total_cmp(&each[b.0].omega[b.1]));
+        self.order = order;
+        let on_root = |what: &str| Error::Defect(format!("{what} of one of some bodies are missing on rank 0"));
+        let (rows, damping) = match self.world.is_root() {
+            false => (None, None),
+            true => {
+                let rows = each.iter().map(|of| of.rows.as_ref()).collect::<Option<Vec<_>>>();
+                let damped: Vec<&Mat<f64>> = each.iter().filter_map(|of| of.damping.as_ref()).collect();
+                let damping = match damped.len() {
+                    0 => None,
+                    n if n == each.len() => Some(self.joined_squares(&damped)),
+                    _ => return Err(on_root("dampings")),
+                };
+                (Some(self.joined_modes(&rows.ok_or_else(|| on_root("modes"))?)), damping)
+            }
+        };
+        let label = |one: &SeparateBody, of: &ModeLabel| ModeLabel {
+            order: of.order,
+            family: one.family.clone().unwrap_or_else(|| format!("{}, {}", of.family, one.name)),
+        };
+        let named = |(one, modes): (&SeparateBody, &TraceModes)| modes.names.iter().map(|of| label(one, of)).collect();
+        let names: Vec<Vec<ModeLabel>> = self.bodies.iter().zip(&each).map(named).collect();
+        let list = |of: fn(&TraceModes) -> &Vec<f64>| self.joined_list(&each.iter().map(of).collect::<Vec<_>>());
+        Ok(TraceModes {
+            omega: list(|of| &of.omega),
+            residual: list(|of| &of.residual),
+            springs: list(|of| &of.springs),
+            names: self.joined_list(&names.iter().collect::<Vec<_>>()),
+            reach: each.iter().map(|of| of.reach).fold(f64::INFINITY, f64::min),
+            rotation: self.joined_rotation(&each),
+            rows,
+            damping,
+            computed: Vec::new(),
+        })
+    }
+
+    fn cached_modes(&self) -> Option<CachedModes> {
+        self.each().next().and_then(ElasticBody::cached_modes)
+    }
+
+    fn reuse_modes(&mut self, found: &CachedModes) {
+        self.bodies.iter_mut().take(1).for_each(|one| one.body.reuse_modes(found));
+    }
+
+    fn infinite(&self, _reach: f64) -> Result<Option<Infinite>> {
+        if self.kind() != Kind::Rail {
+            return Ok(None);
+        }
+        Err(Error::Job(format!(
+            "bodies.{}: found {} bodies whose sound is asked for, expected one: waves of a rail without ends are known \
+             under forces at one place; leave the sound of the rails out (sound_power.bodies)",
+            self.name,
+            self.bodies.len()
+        )))
+    }
+
+    fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {
+        let mut all = Vec::new();
+        let mut rest = forces;
+        for body in self.each() {
+            // Forces are on rank 0 alone.
+            let (own, others) = rest.split_at(rest.len().min(body.rows()));
+            rest = others;
+            all.extend(body.response(own)?);
+        }
+        Ok(all)
+    }
+}

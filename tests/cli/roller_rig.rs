@@ -1,0 +1,161 @@
+//! Several bodies around one: wheels on a roller.
+
+use super::program::*;
+use num_complex::Complex64;
+use serde_json::{json, Value};
+
+/// The wheels of `jobs/roller-rig.json` on a coarse grid with few modes.
+fn coarse(around: Value) -> Value {
+    let mut job = job("roller-rig.json");
+    job["contact"]["patch"]["spacing"] = json!(3e-4);
+    job["contact"]["around"] = around;
+    job["analyses"]["modes"]["max_frequency"] = json!(4000);
+    job["analyses"]["stability"] = json!({});
+    job
+}
+
+fn read<T: hdf5::H5Type>(folder: &Folder, file: &str, name: &str) -> Vec<T> {
+    let file = hdf5::File::open(folder.path(file)).expect("result file");
+    file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+fn eigenvalues(folder: &Folder, file: &str) -> Vec<Complex64> {
+    read(folder, file, "stability/eigenvalue")
+}
+
+/// Distance of each of `some` to the nearest of `others`, over its size.
+fn farthest(some: &[Complex64], others: &[Complex64]) -> f64 {
+    let nearest = |a: &Complex64| others.iter().map(|b| (a - b).norm()).fold(f64::INFINITY, f64::min) / a.norm();
+    some.iter().map(nearest).fold(0.0, f64::max)
+}
+
+/// Two wheels that stand the other way round on the roller are the same rig: each wheel has changed its place with the
+/// other one. On two ranks it is the same as on one.
+#[test]
+fn a_rig_seen_from_either_wheel_is_the_same() {
+    let folder = Folder::with(coarse(json!([{ "angle": 0.7 }])).to_string());
+    let ran = folder.call(1, "run", &["--output", &folder.text("ahead.h5")]);
+    assert!(ran.good().out.contains("body upper: 2 alike around the lower one"), "{}", ran.out);
+    folder.call(2, "run", &["--output", &folder.text("two.h5")]).good();
+    let behind = r#"contact.around=[{"angle": -0.7}]"#;
+    folder.call(1, "run", &["--set", behind, "--output", &folder.text("behind.h5")]).good();
+    let [ahead, two, behind] = ["ahead.h5", "two.h5", "behind.h5"].map(|file| eigenvalues(&folder, file));
+    assert!(ahead.len() > 40 && ahead.len() == behind.len() && ahead.len() == two.len(), "{}", ahead.len());
+    assert!(farthest(&ahead, &two) < 1e-8, "{:e}", farthest(&ahead, &two));
+    // What a contact does to one ahead and to one behind is found in two sums over the orders.
+    let apart = farthest(&ahead, &behind).max(farthest(&behind, &ahead));
+    assert!(apart < 1e-6, "{apart:e}");
+    // The model is kept as few numbers, and is the same to the last bit when it is taken up.
+    let model = folder.text("ahead.h5");
+    let again = folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("again.h5")]);
+    assert!(again.good().out.contains("from the earlier run"), "{}", again.out);
+    assert_eq!(eigenvalues(&folder, "again.h5"), ahead);
+    let kept = hdf5::File::open(folder.path("ahead.h5")).expect("result file");
+    let names = kept.group("reduced/upper").and_then(|g| g.member_names()).expect("names");
+    assert!(names.iter().any(|n| n == "function_modes") && !names.iter().any(|n| n == "compliance"), "{names:?}");
+    let forces = ["contact/force", "contact_2/force"].map(|name| read::<f64>(&folder, "ahead.h5", name));
+    let off = forces[0].iter().zip(&forces[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off < 1e-6 * forces[0][2].abs(), "{forces:?}");
+}
+
+/// On a roller that hardly gives way each wheel rolls by itself: it has the eigenvalues that it has alone under its own
+/// load.
+#[test]
+fn wheels_on_a_stiff_roller_do_not_see_each_other() {
+    let mut job = coarse(json!([{ "angle": 2.0, "normal_load": 600, "creepage": { "lateral": 0.004 } }]));
+    job["bodies"]["lower"]["material"]["young"] = json!(210e14);
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &[]).good();
+    let both = eigenvalues(&folder, "job.h5");
+    let mut count = 0;
+    for (name, load, creepage) in [("first.h5", 1000.0, 0.01), ("second.h5", 600.0, 0.004)] {
+        job["contact"]["around"] = json!([]);
+        job["contact"]["normal_load"] = json!(load);
+        job["contact"]["creepage"]["lateral"] = json!(creepage);
+        let alone = Folder::with(job.to_string());
+        alone.call(1, "run", &["--output", &alone.text(name)]).good();
+        let alone = eigenvalues(&alone, name);
+        count += alone.len();
+        assert!(farthest(&alone, &both) < 1e-6, "{name}: {:e}", farthest(&alone, &both));
+    }
+    assert_eq!(both.len(), count);
+    let normal = ["contact/force", "contact_2/force"].map(|name| -read::<f64>(&folder, "job.h5", name)[2]);
+    assert!((normal[0] - 1000.0).abs() < 1e-6 && (normal[1] - 600.0).abs() < 1e-6, "{normal:?}");
+}
+
+/// The growth of a small motion of the rig in time is the eigenvalue of the linear analysis.
+#[test]
+fn a_small_motion_of_a_rig_grows_as_its_eigenvalue_says() {
+    let mut job = coarse(json!([{ "angle": 0.7 }]));
+    job["contact"]["friction"] = json!(0.3);
+    job["analyses"]["transient"] = json!({
+        "duration": 0.02, "step": 5e-6, "hold": "approach",
+        "start": { "state": "steady", "mode": 1, "amplitude": 1e-12 }
+    });
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &[]).good();
+    let value = eigenvalues(&folder, "job.h5")[0];
+    let energy = read::<f64>(&folder, "job.h5", "transient/kinetic");
+    let time = read::<f64>(&folder, "job.h5", "transient/time");
+    // Means over whole parts of the run, of which the logarithms differ by twice the growth rate over the time between.
+    let part = energy.len() / 4;
+    let mean = |first: usize| energy[first..first + part].iter().sum::<f64>() / part as f64;
+    let found = (mean(2 * part) / mean(part)).ln() / (2.0 * (time[2 * part] - time[part]));
+    assert!((found - value.re).abs() < 0.02 * value.re.abs() + 1.0, "{found} and {value}");
+}
+
+/// The limit cycle of a wheel on a stiff roller, beside another wheel that is quiet, is that of the wheel alone.
+#[test]
+fn the_limit_cycle_beside_a_quiet_wheel_is_that_of_one() {
+    let mut job = coarse(json!([{ "angle": 2.0, "creepage": { "lateral": 0.0002 } }]));
+    job["bodies"]["lower"]["material"]["young"] = json!(210e14);
+    job["analyses"] = json!({
+        "modes": { "max_frequency": 2000 },
+        "stability": {},
+        "sweep": {
+            "keys": { "contact.friction.exponential.kinetic": [0.3] },
+            "cycles": { "duration": 2.0, "settled": 0.01, "step": 2e-5, "branches": ["mode"] }
+        }
+    });
+    let found = |job: &Value| -> [f64; 3] {
+        let folder = Folder::with(job.to_string());
+        folder.call(1, "run", &[]).good();
+        assert_eq!(read::<i8>(&folder, "job.h5", "sweep/cycles/fate"), [1]);
+        let force = read::<f64>(&folder, "job.h5", "sweep/cycles/force");
+        [
+            read(&folder, "job.h5", "sweep/cycles/frequency")[0],
+            read(&folder, "job.h5", "sweep/cycles/kinetic")[0],
+            force[1],
+        ]
+    };
+    let both = found(&job);
+    job["contact"]["around"] = json!([]);
+    let alone = found(&job);
+    let near = |k: usize, part: f64| (both[k] / alone[k] - 1.0).abs() < part;
+    assert!(near(0, 1e-5) && near(1, 0.02) && near(2, 1e-3), "{both:?} and {alone:?}");
+}
+
+/// Bodies that cannot stand around one are refused by their key.
+#[test]
+fn what_does_not_stand_around_one_is_refused() {
+    for (around, parts) in [
+        (
+            json!([{ "angle": 0.3 }]),
+            ["contact.around.0.angle: found 0.3000 rad between it and the first", "0.5525 rad"],
+        ),
+        (json!([{ "angle": 1.0 }, { "angle": 1.2 }]), ["contact.around.1.angle", "contact.around.0"]),
+        (json!([{ "angle": 7.0 }]), ["contact.around.0.angle: found 7", "from -π to π"]),
+        (json!([{ "angle": 0.0 }]), ["contact.around.0.angle: found 0 rad", "another place"]),
+        (json!([{ "angle": 1.0, "normal_load": 1e9 }]), ["contact.around.0.normal_load", "strain"]),
+        (json!([{ "angle": 1.0, "creepage": { "lateral": 3 } }]), ["contact.around.0.creepage", "range of the theory"]),
+    ] {
+        Folder::with(coarse(around).to_string()).refused(1, &[], 2, &parts);
+    }
+    let mut placed = job("wheel-on-rail.json");
+    placed["contact"]["around"] = json!([{ "angle": 1.0 }]);
+    Folder::with(placed.to_string()).refused(1, &[], 2, &["contact.around: takes two bodies of revolution"]);
+    let mut full = coarse(json!([{ "angle": 1.0 }]));
+    full["analyses"]["creep_curve"] = json!({ "key": "lateral", "values": [0.001, 0.01] });
+    let parts = ["analyses.creep_curve: takes one contact; expected a job without contact.around"];
+    Folder::with(full.to_string()).refused(1, &[], 2, &parts);
+}
