@@ -17,6 +17,8 @@ NAMES: dict[str, tuple[str, str, str, str, float]] = {
     "contact.normal_load": ("normal load", "N", "N", "kN", 1e-3),
     "contact.approach": ("approach", "δ", "m", "µm", 1e6),
     "contact.speed": ("rolling speed", "V", "m/s", "m/s", 1),
+    "around.angle": ("angle of a further body around the lower one", "θ", "rad", "rad", 1),
+    "around.normal_load": ("normal load of a further body", "N", "N", "kN", 1e-3),
     "contact.from.wheel": ("wheel", "", "-", "", 1),
     "contact.compliance": ("compliance of the contact", "", "-", "", 1),
     "contact.quadrature": ("quadrature of the contact laws", "", "-", "", 1),
