@@ -100,8 +100,7 @@ impl Job {
             Error::Job(format!("{name}: {}: {}", e.path(), e.inner()))
         })?;
         job.schema = None;
-        report(&name, job.take_wheel())?;
-        job.contact.iter_mut().for_each(Contact::make_around);
+        report(&name, job.resolve_contacts())?;
         job.resolve_groups();
         job.resolve_rotation();
         if let Some(only) = only {
@@ -122,10 +121,11 @@ impl Job {
         Ok(job)
     }
 
-    /// Fills in what follows from the wheel that `contact.from` names, as stand-ins; the faults of a job that has not
-    /// what it takes.
-    fn take_wheel(&mut self) -> Vec<String> {
+    /// Makes the contacts of the bodies around one, and fills in what follows from the wheel that `contact.from` names,
+    /// as stand-ins; the faults of a job that has not what it takes.
+    fn resolve_contacts(&mut self) -> Vec<String> {
         let Some(contact) = &mut self.contact else { return Vec::new() };
+        contact.make_around();
         match (&self.curve, &self.vehicle, contact.from) {
             (Some(curve), Some(vehicle), from) => {
                 contact.from = from.or(Some(ContactOfWheel { wheel: VehicleWheel::LeadingInner }));

@@ -135,7 +135,7 @@ pub(super) fn points(
         }
         let stated = damping::stated(&job);
         let mut job: Job = serde_json::from_value(job).map_err(|e| refused(&e.to_string()))?;
-        if let Some(fault) = job.take_wheel().first() {
+        if let Some(fault) = job.resolve_contacts().first() {
             return Err(refused(fault));
         }
         job.resolve_groups();

@@ -40,7 +40,7 @@ fn a_rig_seen_from_either_wheel_is_the_same() {
     let behind = r#"contact.around=[{"angle": -0.7}]"#;
     folder.call(1, "run", &["--set", behind, "--output", &folder.text("behind.h5")]).good();
     let [ahead, two, behind] = ["ahead.h5", "two.h5", "behind.h5"].map(|file| eigenvalues(&folder, file));
-    assert!(ahead.len() > 40 && ahead.len() == behind.len() && ahead.len() == two.len(), "{}", ahead.len());
+    assert!(ahead.len() > 30 && ahead.len() == behind.len() && ahead.len() == two.len(), "{}", ahead.len());
     assert!(farthest(&ahead, &two) < 1e-8, "{:e}", farthest(&ahead, &two));
     // What a contact does to one ahead and to one behind is found in two sums over the orders.
     let apart = farthest(&ahead, &behind).max(farthest(&behind, &ahead));
@@ -108,6 +108,7 @@ fn a_small_motion_of_a_rig_grows_as_its_eigenvalue_says() {
 #[test]
 fn the_limit_cycle_beside_a_quiet_wheel_is_that_of_one() {
     let mut job = coarse(json!([{ "angle": 2.0, "creepage": { "lateral": 0.0002 } }]));
+    job["contact"]["creepage"]["lateral"] = json!(0.02);
     job["bodies"]["lower"]["material"]["young"] = json!(210e14);
     job["analyses"] = json!({
         "modes": { "max_frequency": 2000 },
