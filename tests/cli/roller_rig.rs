@@ -42,9 +42,14 @@ fn a_rig_seen_from_either_wheel_is_the_same() {
     let [ahead, two, behind] = ["ahead.h5", "two.h5", "behind.h5"].map(|file| eigenvalues(&folder, file));
     assert!(ahead.len() > 30 && ahead.len() == behind.len() && ahead.len() == two.len(), "{}", ahead.len());
     assert!(farthest(&ahead, &two) < 1e-8, "{:e}", farthest(&ahead, &two));
-    // What a contact does to one ahead and to one behind is found in two sums over the orders.
     let apart = farthest(&ahead, &behind).max(farthest(&behind, &ahead));
-    assert!(apart < 1e-6, "{apart:e}");
+    assert!(apart < 1e-9, "{apart:e}");
+    // The wheel behind rolls on a roller that the one ahead has deformed: their forces differ, and change places.
+    let forces = |file: &str| ["contact/force", "contact_2/force"].map(|name| read::<f64>(&folder, file, name));
+    let ([first, second], [other, one]) = (forces("ahead.h5"), forces("behind.h5"));
+    let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(off(&first, &one).max(off(&second, &other)) < 1e-6, "{first:?} {one:?} {second:?} {other:?}");
+    assert!(off(&first, &second) > 1e-3, "{first:?} {second:?}");
     // The model is kept as few numbers, and is the same to the last bit when it is taken up.
     let model = folder.text("ahead.h5");
     let again = folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("again.h5")]);
@@ -53,9 +58,6 @@ fn a_rig_seen_from_either_wheel_is_the_same() {
     let kept = hdf5::File::open(folder.path("ahead.h5")).expect("result file");
     let names = kept.group("reduced/upper").and_then(|g| g.member_names()).expect("names");
     assert!(names.iter().any(|n| n == "function_modes") && !names.iter().any(|n| n == "compliance"), "{names:?}");
-    let forces = ["contact/force", "contact_2/force"].map(|name| read::<f64>(&folder, "ahead.h5", name));
-    let off = forces[0].iter().zip(&forces[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    assert!(off < 1e-6 * forces[0][2].abs(), "{forces:?}");
 }
 
 /// On a roller that hardly gives way each wheel rolls by itself: it has the eigenvalues that it has alone under its own
