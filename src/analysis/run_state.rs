@@ -243,7 +243,7 @@ impl<'s> RunState<'s> {
             transient::stored_model::align(world, &mut self.bodies, &model)?;
         }
         // A compliance that is only near the true one is of no use to another run.
-        // Measured frequencies have changed a compliance of several contacts, which is kept without them.
+        // Of several contacts the model is kept as few numbers, or not at all where frequencies are measured.
         let measured = contact.all().count() > 1 && self.modes.iter().any(|modes| !modes.computed.is_empty());
         let whole = !measured && !model.approximate && (options.reuse.is_none() || earlier.own || made);
         self.model = Some(model);

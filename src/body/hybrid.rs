@@ -94,8 +94,8 @@ pub struct ContactFunctions {
 }
 
 impl ContactFunctions {
-    /// Static compliance of the contact rows on `grids`, m/N, `[3n, 3n]`, and the modes there, 1/√kg, `[3n, m]`: to the
-    /// last bit those of [`Hybrid`].
+    /// Static compliance of the contact rows on `grids`, m/N, `[3n, 3n]`, and the modes there, 1/√kg, `[3n, m]`, to
+    /// the last bit those of [`Hybrid`].
     pub fn on_grids(&self, grids: &[Lines]) -> Result<(Mat<f64>, Mat<f64>)> {
         Ok((matrix(&self.half_space, &self.constant, grids)?, expansions(grids) * &self.seen))
     }
