@@ -39,6 +39,7 @@ mod eigenvectors;
 mod last_spectrum;
 mod modal_compliance;
 mod pole_sums;
+mod refinement;
 mod tracker;
 
 use argument_principle::remaining_error;
@@ -92,8 +93,11 @@ const NEAR: f64 = 1e-6;
 const LOOKED_AT: [usize; 2] = [16, 48];
 /// The same of continued ones, which all come from eigenvalues that were looked at.
 const CONTINUED: [usize; 2] = [3, 48];
-/// Part of the contact by which the polynomials may be wrong where roots are counted.
+/// Part of the contact by which the polynomials may be wrong where roots are searched for, where they are counted, and
+/// where roots are corrected afterwards.
+const FINE: f64 = 1e-12;
 const COUNTED: f64 = 1e-7;
+const COARSE: f64 = 1e-5;
 /// Phase that is 0 or π.
 const EVEN: f64 = 0.05;
 
@@ -180,7 +184,9 @@ impl NonlinearEigenproblem {
             return Ok(None);
         }
         let range = known.map_or_else(|| Self::reach([low, high], &relaxations), |k| k.1);
-        let Some(along) = ChebyshevStiffness::new(&contact, range) else { return Ok(None) };
+        // Of known ones the polynomials are a start.
+        let left = if known.is_some() { COARSE } else { FINE };
+        let Some(along) = ChebyshevStiffness::new(&contact, range, left) else { return Ok(None) };
         Ok(Some(Self { modes, contact, along, relaxations, angle }))
     }
 
@@ -192,7 +198,7 @@ impl NonlinearEigenproblem {
 
     /// The contact along all of these frequencies, good to the digits that a count needs.
     fn along_all(&self) -> Option<ChebyshevStiffness> {
-        ChebyshevStiffness::to_precision(&self.contact, Self::reach(self.modes.range(), &self.relaxations), COUNTED)
+        ChebyshevStiffness::new(&self.contact, Self::reach(self.modes.range(), &self.relaxations), COUNTED)
     }
 
     /// K G − 1, by columns.
@@ -349,13 +355,15 @@ impl NonlinearEigenproblem {
 
     /// The poles of the modes and of the contact, and the `roots`, to be taken out, as many of these as of those.
     fn balanced(&self, roots: &[C]) -> [Vec<C>; 2] {
-        let mut poles: Vec<C> = self.modes.poles.iter().chain(&self.relaxations).copied().collect();
+        let outside = |v: &C| (self.aside(*v), *v);
+        let mut poles: Vec<(f64, C)> = self.modes.poles.iter().chain(&self.relaxations).map(outside).collect();
         let mut roots = roots.to_vec();
-        poles.sort_by(|a, b| self.aside(*a).total_cmp(&self.aside(*b)));
+        poles.sort_by(|a, b| a.0.total_cmp(&b.0));
         // Poles outside the ray may stay, ...
-        while poles.len() > roots.len() && poles.last().is_some_and(|p| self.aside(*p) > 0.0) {
+        while poles.len() > roots.len() && poles.last().is_some_and(|p| p.0 > 0.0) {
             poles.pop();
         }
+        let mut poles: Vec<C> = poles.into_iter().map(|p| p.1).collect();
         // ... and what lies far outside does not count.
         let far = |v: &C| C::from(-v.norm());
         let more: [Vec<C>; 2] = [&roots, &poles].map(|v| v.iter().map(far).collect());
@@ -370,13 +378,13 @@ impl NonlinearEigenproblem {
         lambda.im.atan2(lambda.re) - self.angle
     }
 
-    /// The logarithm of det(1 − KG) with `poles` and `roots` divided out, at each of `values`.
-    fn rest(&self, roots: &[C], poles: &[C], values: &[C]) -> Vec<C> {
-        self.rest_with((roots, poles), values, &self.modes.compliance(values))
+    /// The logarithm of det(1 − KG) with some poles and roots divided out, at each of `values`.
+    fn rest(&self, quotient: &DeflationQuotient, values: &[C]) -> Vec<C> {
+        self.rest_with(quotient, values, &self.modes.compliance(values))
     }
 
     /// The same with G at each of `values`, `[r²]` each.
-    fn rest_with(&self, (roots, poles): (&[C], &[C]), values: &[C], compliances: &[C]) -> Vec<C> {
+    fn rest_with(&self, quotient: &DeflationQuotient, values: &[C], compliances: &[C]) -> Vec<C> {
         let r = self.modes.rank;
         // The polynomials are good to many more digits here than a phase needs.
         let (near, far): (Vec<C>, Vec<C>) = values.iter().partition(|v| self.along.holds(**v));
@@ -386,7 +394,6 @@ impl NonlinearEigenproblem {
             let k = self.contact.stiffness(*v);
             (0..r * r).map(|i| k[(i % r, i / r)]).collect::<Vec<C>>()
         });
-        let quotient = DeflationQuotient::new(poles, roots);
         // det(KG − 1) has the sign of det(1 − KG) where r is even.
         let sign = C::new(0.0, PI * (r % 2) as f64);
         let of = |(lambda, g): (&C, &[C])| {

@@ -1,6 +1,7 @@
 //! Number of roots by the argument principle.
 
 use super::modal_compliance::SampledCompliance;
+use super::pole_sums::DeflationQuotient;
 use super::{NonlinearEigenproblem, ABOVE, BELOW, C, CROWDED, EVEN, HALVINGS, SMOOTH, STEP};
 use std::f64::consts::PI;
 
@@ -58,9 +59,10 @@ impl NonlinearEigenproblem {
     /// The same by the phase at the values `among` on the ray as well, whose moduli ascend.
     pub(super) fn missing_by(&self, roots: &[C], among: Option<&SampledCompliance>) -> Option<i64> {
         let [poles, roots] = self.balanced(roots);
+        let quotient = DeflationQuotient::new(&poles, &roots);
         let [low, high] = self.modes.range().map(f64::ln);
         let on_ray = |u: f64| C::from_polar(u.exp(), self.angle);
-        let at = |u: f64| self.rest(&roots, &poles, &[on_ray(u)])[0];
+        let at = |u: f64| self.rest(&quotient, &[on_ray(u)])[0];
         let even = |v: C| (v.im / PI - (v.im / PI).round()).abs() * PI < EVEN;
         let one = |v: C| wrapped(v.im).abs() < EVEN && v.re.abs() < EVEN;
         // Down to where it is real and up to where it is 1.
@@ -75,7 +77,7 @@ impl NonlinearEigenproblem {
         }
         u = low;
         if let Some(among) = among {
-            let rest = self.rest_with((&roots, &poles), &among.values, &self.modes.compliance_at(among));
+            let rest = self.rest_with(&quotient, &among.values, &self.modes.compliance_at(among));
             let all = among.values.iter().map(|v| v.norm().ln()).zip(rest);
             points.extend(all.filter(|p| p.0 > low && p.0 < high));
             u = points.last().map_or(low, |p| p.0);

@@ -3,11 +3,13 @@
 
 use super::{CondensedContact, C};
 use faer::Mat;
+use std::f64::consts::FRAC_PI_2;
 
-/// Degrees that are tried, one after the other; the points of each are among those of the next.
-const DEGREES: [usize; 5] = [8, 16, 32, 64, 128];
-/// Part of the largest coefficient that the last ones may have.
-const LEFT: f64 = 1e-12;
+/// Least and largest degree that is tried.
+const DEGREES: [usize; 2] = [8, 128];
+/// Distance from the imaginary axis, in logarithms of λ, of the singularities of the contact: its relaxations are
+/// strongly damped and lie near the negative axis.
+const SMOOTH: f64 = FRAC_PI_2;
 /// Part that is nothing.
 const NOTHING: f64 = 1e-15;
 /// Logarithm by which what is left may have grown beside the interval.
@@ -26,18 +28,25 @@ pub(super) struct ChebyshevStiffness {
     kept: usize,
 }
 
-impl ChebyshevStiffness {
-    /// Between these angular frequencies; none where the polynomials do not settle.
-    pub fn new(contact: &CondensedContact, range: [f64; 2]) -> Option<Self> {
-        Self::to_precision(contact, range, LEFT)
-    }
+/// Degree that is tried first, by the decay of the coefficients of a function that is smooth beside an interval of this
+/// `half` length, e^(−k asinh(d/half)) at a distance d of its singularities (L. N. Trefethen, Approximation Theory and
+/// Approximation Practice, SIAM, 2013, theorem 8.1), down to a part `left`.
+fn first_degree(half: f64, left: f64) -> usize {
+    let decay = (SMOOTH / half).asinh();
+    let degree = (-left.ln() / decay).ceil().min(0.5 * DEGREES[1] as f64) as usize + 2;
+    degree.next_multiple_of(2).max(DEGREES[0])
+}
 
-    /// The same with a part `left` of the largest coefficient that the last ones may have.
-    pub fn to_precision(contact: &CondensedContact, [low, high]: [f64; 2], left: f64) -> Option<Self> {
+impl ChebyshevStiffness {
+    /// Polynomials between these angular frequencies whose last coefficients are a part `left` of the largest one; none
+    /// where they do not settle.
+    pub fn new(contact: &CondensedContact, [low, high]: [f64; 2], left: f64) -> Option<Self> {
         let (middle, half) = (0.5 * (low.ln() + high.ln()), 0.5 * (high / low).ln());
         let r = contact.rank;
         let mut known: Vec<Mat<C>> = Vec::new();
-        for degree in DEGREES {
+        let first = first_degree(half, left);
+        // The points of each degree are among those of twice as many.
+        for degree in std::iter::successors(Some(first), |d| Some(2 * d)).take_while(|d| *d <= DEGREES[1]) {
             let node = |k: usize| {
                 let x = (std::f64::consts::PI * k as f64 / degree as f64).cos();
                 contact.stiffness(C::new(0.0, (middle + half * x).exp()))

@@ -49,6 +49,12 @@ impl CondensedContact {
         k
     }
 
+    /// Forces on y under the `motions` y at each of `values`, `[r, values]`.
+    pub(super) fn forces_under(&self, values: &[C], motions: &Mat<C>) -> Mat<C> {
+        let own = real_times(&self.projected_forces, &self.resolvent.solve_each(values, motions));
+        own + real_times(&self.rows.forces.as_ref().subcols(0, self.rank).to_owned(), motions)
+    }
+
     /// Eigenvalues of the contact by itself, y = 0, with Im ≥ 0, whose angle is at most `angle`; none where they are
     /// not to be had.
     pub(super) fn relaxations(&self, rate: f64, angle: f64) -> Option<Vec<C>> {

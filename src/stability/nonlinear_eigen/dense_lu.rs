@@ -50,7 +50,8 @@ impl DenseLu {
         sign + (0..self.n).map(|k| self.a[k * self.n + k].ln()).sum::<C>()
     }
 
-    fn solve(&self, b: &[C]) -> Vec<C> {
+    /// The solution x of A x = `b`.
+    pub fn solve(&self, b: &[C]) -> Vec<C> {
         let n = self.n;
         let mut x: Vec<C> = self.rows.iter().map(|&i| b[i]).collect();
         for i in 0..n {

@@ -2,7 +2,7 @@
 //!
 //! The tracked ones are the roots that Newton's method finds from the known ones on det(1 − KG) P with all others
 //! divided out where they were; the others stay where they were. For these roots the contact is interpolated over their
-//! frequencies alone. Where one root does not settle, goes far, or meets another one, there is no answer, and the
+//! frequencies alone and coarsely, and each is corrected with the contact at its own place ([`refinement`](super)). Where one root does not settle, goes far, or meets another one, there is no answer, and the
 //! spectrum has to be searched for as a whole.
 //!
 //! A count on request tells that no unstable one is missing, along the imaginary axis, at the frequencies of the
@@ -12,6 +12,7 @@
 
 use super::last_spectrum::LastSpectrum;
 use super::modal_compliance::SampledCompliance;
+use super::refinement::RefinedPairs;
 use super::{NonlinearEigenproblem, C, CONTINUED, FAR};
 use crate::contact::LinearContact;
 use crate::model::CoupledModel;
@@ -111,7 +112,9 @@ pub fn track(
     };
     let Some(mut roots) = problem.tracked(known) else { return Ok(None) };
     roots.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
-    let Some(pairs) = problem.motions(bodies, &roots, tolerance) else { return Ok(None) };
+    let Some(refined) = problem.refined(&roots) else { return Ok(None) };
+    let Some(pairs) = problem.motions(bodies, &refined, tolerance) else { return Ok(None) };
+    let roots = refined.roots;
     let count = match is_counted(&pairs) {
         false => Count::NotAsked,
         true => problem.count(known, &roots),
@@ -155,17 +158,18 @@ impl NonlinearEigenproblem {
         }
     }
 
-    /// The eigenpairs of `roots` without the unknowns of the contact; none where one has a backward error of more than
-    /// `tolerance`.
-    fn motions(&self, bodies: &CoupledModel, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
-        let (forces, motions) = self.forces(roots);
-        let errors = self.errors(bodies, roots, (&forces, &motions), CONTINUED);
-        let modal = self.modes.motions(roots, &forces);
+    /// The eigenpairs without the unknowns of the contact, by falling growth rate; none where one has a backward error
+    /// of more than `tolerance`.
+    fn motions(&self, bodies: &CoupledModel, of: &RefinedPairs, tolerance: f64) -> Option<Vec<Eigenpair>> {
+        let errors = self.errors(bodies, &of.roots, (&of.forces, &of.motions), CONTINUED);
+        let modal = self.modes.motions(&of.roots, &of.forces);
         let pair = |(l, (&value, backward_error)): (usize, (&C, f64))| {
             let modal = modal.col_as_slice(l).to_vec();
             Eigenpair { value, modal, tangential: Vec::new(), backward_error }
         };
         let good = errors.iter().all(|e| *e <= tolerance);
-        good.then(|| roots.iter().zip(errors).enumerate().map(pair).collect())
+        let mut pairs: Vec<Eigenpair> = of.roots.iter().zip(errors).enumerate().map(pair).collect();
+        pairs.sort_by(|a, b| b.value.re.total_cmp(&a.value.re).then(b.value.im.total_cmp(&a.value.im)));
+        good.then_some(pairs)
     }
 }
