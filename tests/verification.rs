@@ -211,8 +211,18 @@ fn extrapolated(points: &[(f64, f64)]) -> f64 {
 
 #[test]
 fn lateral_force_of_the_cylinders_is_that_of_contact() {
-    let sizes = [1.0e-3, 0.7e-3, 0.5e-3];
-    let runs = sizes.map(|h| rolling("fe", h, 70e3));
+    lateral_force_beside_contact(&[1.0e-3, 0.7e-3]);
+}
+
+/// The same with a finer grid.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn lateral_force_of_the_cylinders_goes_on_towards_that_of_contact() {
+    lateral_force_beside_contact(&[1.0e-3, 0.7e-3, 0.5e-3]);
+}
+
+fn lateral_force_beside_contact(sizes: &[f64]) {
+    let runs: Vec<Rolling> = sizes.iter().map(|&h| rolling("fe", h, 70e3)).collect();
     let points: Vec<(f64, f64)> = sizes.iter().zip(&runs).map(|(&h, r)| (h, r.lateral())).collect();
     let limit = extrapolated(&points);
     assert!((limit / CONTACT - 1.0).abs() < 0.015, "F_y/μN {points:?}, at h = 0 {limit}; CONTACT {CONTACT}");
@@ -228,8 +238,9 @@ fn lateral_force_of_the_cylinders_is_that_of_contact() {
     }
 
     // Stick begins at the leading edge x = -a, the very edge aside, and ends at x/a = 0.22; then slip.
-    let row = runs[2].along_the_middle();
-    let (a, h) = (HERTZ.0, sizes[2]);
+    let finest = sizes.len() - 1;
+    let row = runs[finest].along_the_middle();
+    let (a, h) = (HERTZ.0, sizes[finest]);
     assert!((row[0].0 + a).abs() < h && (row[row.len() - 1].0 - a).abs() < h, "contact from -a to a: {row:?}");
     assert_eq!((row[1].1, row[row.len() - 1].1), (1, 2), "leading, trailing: {row:?}");
     let last = row.iter().rposition(|p| p.1 == 1).expect("stick");
@@ -246,9 +257,19 @@ const DISC: f64 = 0.04e-9;
 /// lengths from a loaded node. The latter goes away with the grid.
 #[test]
 fn cylinders_are_half_spaces_near_the_contact() {
-    // Element size, load, bounds of the differences of force and of approach.
-    let cases = [(1.0e-3, 70e3, 0.015, 0.01), (1.0e-3, 35e3, 0.015, 0.01), (0.5e-3, 70e3, 0.005, 0.004)];
-    for (size, load, of_force, of_approach) in cases {
+    near_half_spaces(&[(1.0e-3, 70e3, 0.015, 0.01), (1.0e-3, 35e3, 0.015, 0.01)]);
+}
+
+/// The same with a finer grid, nearer by a factor of about three.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn cylinders_are_nearer_to_half_spaces_on_a_finer_grid() {
+    near_half_spaces(&[(0.5e-3, 70e3, 0.005, 0.004)]);
+}
+
+/// Element size, m, load, N, and bounds of the differences of force and of approach.
+fn near_half_spaces(cases: &[(f64, f64, f64, f64)]) {
+    for &(size, load, of_force, of_approach) in cases {
         let [fe, half] = ["fe", "half_space"].map(|c| rolling(c, size, load));
         let (f, s) = (fe.lateral(), half.lateral());
         assert!((f / s - 1.0).abs() < of_force, "h {size}, {load} N: F_y/μN {f}, half-space {s}");

@@ -31,6 +31,7 @@ fn on_straight_track(analyses: Value) -> Value {
 /// Derivatives of the eigenvalues are differences between points of a sweep: by the friction of both contacts, by their
 /// longitudinal creepages, and by the speed of all that moves.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn derivatives_of_both_wheels_are_differences_between_points() {
     // Name, key, value and step of a parameter.
     let parameters = [
@@ -83,6 +84,7 @@ fn derivatives_of_both_wheels_are_differences_between_points() {
 
 /// Samples of a wheelset with both contacts are points of a sweep, on any number of ranks.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn samples_of_both_wheels_are_points_of_a_sweep() {
     let keys = ["contact.friction", "contact.placement.creepage.longitudinal"];
     let uniform = |from: f64, to: f64| json!({ "uniform": { "from": from, "to": to } });

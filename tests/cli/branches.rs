@@ -197,6 +197,7 @@ fn a_branch_over_the_load_ends_with_its_range() {
 /// Over the radius creepages and loads are those of the vehicle: at the radius of the job its cycle over the friction,
 /// at another one that of a job with this radius, but for its place of contact.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn a_branch_over_the_radius_has_the_creepages_of_the_curve() {
     let job = |cycles: Value| {
         let mut job = super::program::job("wheel-on-rail.json");
@@ -234,6 +235,11 @@ fn a_branch_over_the_radius_has_the_creepages_of_the_curve() {
     for (a, b) in over_radius[1..].iter().zip(&over_friction[1..]) {
         assert!((a / b - 1.0).abs() < 1e-3, "{over_radius:?} {over_friction:?}");
     }
+}
+
+/// A job whose creepages do not follow from a curve has no branch over its radius.
+#[test]
+fn a_branch_over_the_radius_needs_a_curve() {
     let mut other = super::program::job("squeal-branch.json");
     other["analyses"]["cycles"]["along"] = json!("curve.radius");
     Folder::with(other.to_string()).call(1, "check", &[]).failed(2, &["analyses.cycles.along", "curve.radius"]);

@@ -73,16 +73,15 @@ fn wheels_of_a_curve_go_on_into_stability() {
     );
 }
 
-/// All four wheels as points of a sweep, on two ranks; the own point is that of a run.
+/// Wheels of the vehicle as points of a sweep, on two ranks; the own point is that of a run.
 #[test]
 fn wheels_are_swept_by_name() {
     let mut job = in_curve();
     job["analyses"]["modes"]["max_frequency"] = json!(500);
-    job["analyses"]["sweep"] =
-        json!({ "keys": { "contact.from.wheel": ["leading inner", "trailing outer", "leading outer"] } });
+    job["analyses"]["sweep"] = json!({ "keys": { "contact.from.wheel": ["leading inner", "leading outer"] } });
     let folder = Folder::with(job.to_string());
     let ran = folder.call(2, "run", &[]);
-    assert!(ran.good().out.contains("sweep of contact.from.wheel: 3 points"), "{}", ran.out);
+    assert!(ran.good().out.contains("sweep of contact.from.wheel: 2 points"), "{}", ran.out);
     let growth = numbers(&folder, "sweep/growth_rate");
     let own = numbers(&folder, "stability/growth_rate");
     assert!((growth[0] - own[0]).abs() < 1e-6 * own[0].abs().max(1.0), "{growth:?} {own:?}");
@@ -125,6 +124,7 @@ fn curves_that_make_no_sense_are_refused_with_what_to_do() {
 
 /// Points of a sweep over the friction begin at the equilibrium of the job, and end at that of a run by itself.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn the_equilibrium_does_not_depend_on_where_it_begins() {
     let mut job = job("wheel-on-rail.json");
     job["analyses"] = json!({

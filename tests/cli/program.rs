@@ -1,9 +1,11 @@
 //! How the tests start the program, and the small jobs they start it on.
 
 use serde_json::{json, Value};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::{Condvar, LazyLock, Mutex, MutexGuard, PoisonError};
+use std::time::Instant;
 use tempfile::TempDir;
 
 /// The program under test.
@@ -126,6 +128,24 @@ fn undisturbed(ranks: usize, args: &[&str]) -> Ran {
 }
 
 fn start(ranks: usize, args: &[&str]) -> Ran {
+    let begun = Instant::now();
+    let ran = launched(ranks, args);
+    note_time(ranks, begun, args);
+    ran
+}
+
+/// Adds a line on a run to the file that the environment variable `RAILSQUEAL_TEST_TIMES` names: processors times
+/// seconds, the test, and the arguments.
+fn note_time(ranks: usize, begun: Instant, args: &[&str]) {
+    let Some(path) = std::env::var_os("RAILSQUEAL_TEST_TIMES") else { return };
+    let seconds = begun.elapsed().as_secs_f64() * ranks.min(PROCESSORS.all) as f64;
+    let test = std::thread::current().name().unwrap_or("").to_owned();
+    let line = format!("{seconds:.2} {test} {ranks} {}\n", args.join(" "));
+    let file = std::fs::OpenOptions::new().append(true).create(true).open(path);
+    file.and_then(|mut f| f.write_all(line.as_bytes())).expect("the file of times");
+}
+
+fn launched(ranks: usize, args: &[&str]) -> Ran {
     match ranks {
         1 => finish(Command::new(PROGRAM).env("OPENBLAS_NUM_THREADS", "1").args(args)),
         // mpirun gives processes that are left when one has failed a second, twice, and sits these out where none is

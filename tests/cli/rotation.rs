@@ -141,6 +141,7 @@ fn mirror_images_that_roll_are_stable() {
 /// With the sliding velocity held, and so the damping of the friction, the spectrum of wheels that roll ever slower
 /// becomes that of wheels at rest: in proportion to Ω, but for single eigenvalues, to Ω².
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn rolling_ever_slower_is_rest() {
     let job = rolling();
     let folder = Folder::with(job.to_string());

@@ -39,43 +39,46 @@ fn the_number_of_ranks_does_not_matter() {
     }
 }
 
-/// Without the compliance, by corrections from static solves: the same forces as with it, on one body for both places
-/// and on two.
+/// Without the compliance, by corrections from static solves: the same forces as with it, on two unlike bodies.
 #[test]
 fn multigrid_gives_the_forces_of_the_factorisation() {
-    for (young, load) in [(205e9, json!({ "normal_load": 70e3 })), (70e9, json!({ "approach": 1.2e-4 }))] {
-        let mut job = small();
-        job["bodies"]["upper"]["material"]["young"] = json!(young);
-        job["contact"]["creepage"] = json!({ "longitudinal": 0.001, "lateral": 0.002, "spin": 0.1 });
-        job["contact"].as_object_mut().unwrap().remove("normal_load");
-        job["contact"].as_object_mut().unwrap().extend(load.as_object().unwrap().clone());
-        job["analyses"] = json!({ "steady": {} });
-        let folder = Folder::with(job.to_string());
-        let found = [("mumps", 1), ("gamg", 2)].map(|(linear, ranks)| {
-            let output = folder.text(&format!("{linear}.h5"));
-            let set = format!("solver.linear={linear}");
-            let ran = folder.call(ranks, "run", &["--output", &output, "--set", &set]);
-            assert_eq!(ran.good().out.contains("corrections of the compliance"), linear == "gamg", "{}", ran.out);
-            let names = [
-                "contact/force",
-                "contact/approach",
-                "contact/pressure",
-                "contact/gap",
-                "VTKHDF/PointData/displacement",
-            ];
-            names.map(|name| numbers(Path::new(&output), name))
-        });
-        let [direct, corrected] = &found;
-        for (k, what) in ["force", "approach"].into_iter().enumerate() {
-            close(what, &corrected[k], &direct[k], 1e-7);
-        }
-        for (k, what) in [(2, "pressure"), (3, "gap")] {
-            close(what, &corrected[k], &direct[k], 1e-6);
-        }
-        // The parts of the mesh are written rank by rank, so only what does not depend on their order is comparable.
-        let largest = |u: &[f64]| [0, 1, 2].map(|c| u.iter().skip(c).step_by(3).fold(0.0f64, |m, v| m.max(v.abs())));
-        close("largest displacement", &largest(&corrected[4]), &largest(&direct[4]), 1e-6);
+    multigrid_is_the_factorisation(70e9, json!({ "approach": 1.2e-4 }));
+}
+
+/// The same with one body for both places.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn multigrid_gives_the_forces_of_the_factorisation_for_twins() {
+    multigrid_is_the_factorisation(205e9, json!({ "normal_load": 70e3 }));
+}
+
+fn multigrid_is_the_factorisation(young: f64, load: serde_json::Value) {
+    let mut job = small();
+    job["bodies"]["upper"]["material"]["young"] = json!(young);
+    job["contact"]["creepage"] = json!({ "longitudinal": 0.001, "lateral": 0.002, "spin": 0.1 });
+    job["contact"].as_object_mut().unwrap().remove("normal_load");
+    job["contact"].as_object_mut().unwrap().extend(load.as_object().unwrap().clone());
+    job["analyses"] = json!({ "steady": {} });
+    let folder = Folder::with(job.to_string());
+    let found = [("mumps", 1), ("gamg", 2)].map(|(linear, ranks)| {
+        let output = folder.text(&format!("{linear}.h5"));
+        let set = format!("solver.linear={linear}");
+        let ran = folder.call(ranks, "run", &["--output", &output, "--set", &set]);
+        assert_eq!(ran.good().out.contains("corrections of the compliance"), linear == "gamg", "{}", ran.out);
+        let names =
+            ["contact/force", "contact/approach", "contact/pressure", "contact/gap", "VTKHDF/PointData/displacement"];
+        names.map(|name| numbers(Path::new(&output), name))
+    });
+    let [direct, corrected] = &found;
+    for (k, what) in ["force", "approach"].into_iter().enumerate() {
+        close(what, &corrected[k], &direct[k], 1e-7);
     }
+    for (k, what) in [(2, "pressure"), (3, "gap")] {
+        close(what, &corrected[k], &direct[k], 1e-6);
+    }
+    // The parts of the mesh are written rank by rank, so only what does not depend on their order is comparable.
+    let largest = |u: &[f64]| [0, 1, 2].map(|c| u.iter().skip(c).step_by(3).fold(0.0f64, |m, v| m.max(v.abs())));
+    close("largest displacement", &largest(&corrected[4]), &largest(&direct[4]), 1e-6);
 }
 
 #[test]
@@ -316,6 +319,7 @@ fn exchanged_bodies_have_the_same_spectrum() {
 /// The full system has the eigenvalues of the reduced model, the nearer the more modes are kept, on any number of
 /// ranks.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn the_reduced_model_converges_to_the_full_system() {
     let mut job = sliding([0.03, 0.02]);
     job["analyses"]["stability"] = json!({ "direction": "rigid", "full": { "max_frequency": 1500, "count": 10 } });
@@ -386,6 +390,17 @@ fn check_modes(folder: &Folder, job: &serde_json::Value) {
 /// with it.
 #[test]
 fn modal_damping_is_that_of_the_full_system_too() {
+    modal_damping_on(&[2]);
+}
+
+/// The same on one rank, with the same spectrum.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn modal_damping_does_not_depend_on_ranks() {
+    modal_damping_on(&[1, 2]);
+}
+
+fn modal_damping_on(all: &[usize]) {
     let mut job = sliding([0.03, 0.02]);
     job["analyses"]["stability"] = json!({ "direction": "rigid", "full": { "max_frequency": 1500, "count": 10 } });
     job["analyses"]["stability"]["phases"] = json!(4);
@@ -394,7 +409,7 @@ fn modal_damping_is_that_of_the_full_system_too() {
     let bands = json!([{ "up_to": 700, "loss_factor": 0.03 }, { "loss_factor": 0.01 }]);
     job["bodies"]["upper"]["damping"] = json!({ "modal": { "by_frequency": bands } });
     let mut first: Option<[Vec<f64>; 2]> = None;
-    for ranks in [1, 2] {
+    for &ranks in all {
         let folder = Folder::with(job.to_string());
         folder.call_alone(ranks, "run", &[]).good();
         let [growth, frequency, partner] =
@@ -414,18 +429,33 @@ fn modal_damping_is_that_of_the_full_system_too() {
         for (a, b) in found.iter().zip(expected.iter()) {
             close("full spectrum", a, b, 1e-7);
         }
-        if ranks == 1 {
+        if ranks == all[0] {
             check_modes(&folder, &job);
         }
     }
 }
 
-/// Loss factors of modes leave out what springs with a loss factor of their own store: in the reduced system, in the
-/// full one, and in a model of an earlier run. Dashpots in place of that loss factor do not.
+/// Loss factors of modes leave out what springs with a loss factor of their own store: in the reduced system and in a
+/// model of an earlier run. Dashpots in place of that loss factor do not.
 #[test]
 fn springs_with_their_own_loss_are_not_damped_twice() {
+    springs_with_loss(false);
+}
+
+/// The same in the full system.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn springs_with_their_own_loss_are_not_damped_twice_in_the_full_system() {
+    springs_with_loss(true);
+}
+
+fn springs_with_loss(in_full: bool) {
     let mut job = sliding([0.03, 0.02]);
-    job["analyses"]["stability"] = json!({ "direction": "rigid", "full": { "max_frequency": 600, "count": 6 } });
+    let reduced = json!({ "direction": "rigid" });
+    job["analyses"]["stability"] = reduced.clone();
+    if in_full {
+        job["analyses"]["stability"]["full"] = json!({ "max_frequency": 600, "count": 6 });
+    }
     job["output"] = json!({ "fields": false });
     let stiffness = 4e9;
     let springs = json!({ "x": stiffness, "y": stiffness, "z": stiffness });
@@ -441,7 +471,7 @@ fn springs_with_their_own_loss_are_not_damped_twice() {
         let own = supports[0].get("loss_factor").is_some();
         job["bodies"]["lower"]["supports"] = supports;
         if !own {
-            job["analyses"]["stability"] = json!({ "direction": "rigid" });
+            job["analyses"]["stability"] = reduced.clone();
         }
         let folder = Folder::with(job.to_string());
         folder.call(1, "run", &[]).good();
@@ -452,15 +482,16 @@ fn springs_with_their_own_loss_are_not_damped_twice() {
         if !own {
             continue;
         }
-        let [frequency, partner] =
-            ["frequency", "partner"].map(|n| numbers(&folder.path("job.h5"), &format!("stability/{n}")));
-        let full: Vec<usize> = (0..growth.len()).filter(|&i| partner[i] >= 0.0 && partner[i] < i as f64).collect();
-        assert!(full.len() >= 3, "{} pairs", full.len());
+        let [frequency, partner] = match in_full {
+            true => ["frequency", "partner"].map(|n| numbers(&folder.path("job.h5"), &format!("stability/{n}"))),
+            false => [vec![], vec![]],
+        };
+        let full: Vec<usize> = (0..partner.len()).filter(|&i| partner[i] >= 0.0 && partner[i] < i as f64).collect();
+        assert!(!in_full || full.len() >= 3, "{} pairs", full.len());
         for &i in &full {
             let j = partner[i] as usize;
             let omega = 2.0 * std::f64::consts::PI;
             let distance = (growth[i] - growth[j]).hypot(omega * (frequency[i] - frequency[j]));
-            println!("{} Hz: {} and {} 1/s, {distance}", frequency[i], growth[i], growth[j]);
             assert!(distance < 5e-4 * omega * frequency[i], "{distance} 1/s apart at {} Hz", frequency[i]);
         }
         let args = ["--reuse", &folder.text("job.h5"), "--output", &folder.text("again.h5"), "--only", "stability"];
@@ -468,28 +499,21 @@ fn springs_with_their_own_loss_are_not_damped_twice() {
         let again = numbers(&folder.path("again.h5"), "stability/growth_rate");
         close("growth of the earlier model", &again[..10], &growth[..10], 1e-8);
     }
-    println!("{first:?}");
     assert!(first[0] > first[1] + 1.0, "{first:?}");
 }
 
-/// Complex modes play in VTK, keep to the supports and the contact, and their energies add up; on the reduced and on
-/// the full system.
+/// Complex modes play in VTK, keep to the supports and the contact, and their energies add up; those of the full system
+/// do so in the tests of modal damping.
 #[test]
 fn complex_modes_are_motions_of_the_bodies() {
     let mut job = sliding([0.03, 0.02]);
     job["output"] = json!({ "fields": true });
-    for (stability, ranks) in
-        [(json!({ "shapes": 4, "phases": 8 }), 2), (json!({ "full": { "max_frequency": 700 } }), 1)]
-    {
-        job["analyses"]["stability"] = stability;
-        let folder = Folder::with(job.to_string());
-        folder.call(ranks, "run", &[]).good();
-        assert!(folder.listing().contains(&"job.modes.vtkhdf".to_string()), "{:?}", folder.listing());
-        if ranks == 2 {
-            let plot = concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/plot");
-            let ran = finish(std::process::Command::new(plot).args([&folder.text("job.h5"), "--modes", "1"]));
-            assert!(ran.good().out.contains("job-complex-modes.png"), "{ran:?}");
-        }
-        check_modes(&folder, &job);
-    }
+    job["analyses"]["stability"] = json!({ "shapes": 4, "phases": 8 });
+    let folder = Folder::with(job.to_string());
+    folder.call(2, "run", &[]).good();
+    assert!(folder.listing().contains(&"job.modes.vtkhdf".to_string()), "{:?}", folder.listing());
+    let plot = concat!(env!("CARGO_MANIFEST_DIR"), "/scripts/plot");
+    let ran = finish(std::process::Command::new(plot).args([&folder.text("job.h5"), "--modes", "1"]));
+    assert!(ran.good().out.contains("job-complex-modes.png"), "{ran:?}");
+    check_modes(&folder, &job);
 }

@@ -35,6 +35,7 @@ fn alike(folder: &Folder, [a, b]: [&str; 2], name: &str, tolerance: f64) {
 /// bodies on the nodes of their meshes. Of Hertz' approach nodes have somewhat more, and means about the nodes of a
 /// grid of five spacings in the half axis somewhat less.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn a_common_grid_has_what_matching_nodes_have() {
     let mut job = cylinders([7e-4, 7e-4], 7e-3);
     job["bodies"]["lower"]["mesh"]["cylinder"]["contact_offset"] = json!(0.02);
@@ -219,9 +220,20 @@ fn placed(folder: &Folder, mesh: Value) -> Value {
 }
 
 /// A wheel of hexahedra where the placement says it is: as the one that is swept from the same section, on either
-/// side of the track, turning; the same on two ranks.
+/// side of the track, turning.
 #[test]
 fn a_mesh_stands_where_its_section_does() {
+    mesh_beside_section(1);
+}
+
+/// The same on two ranks.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn a_mesh_on_two_ranks_stands_where_its_section_does() {
+    mesh_beside_section(2);
+}
+
+fn mesh_beside_section(ranks: usize) {
     let folder = Folder::with("{}");
     let swept = json!({ "revolved": { "section": { "file": { "path": "section.msh", "radius": 0.46 } } } });
     let set = |mesh: &Value, side: &str| {
@@ -248,7 +260,7 @@ fn a_mesh_stands_where_its_section_does() {
     let middle = places.chunks_exact(3).map(|p| p[0].hypot(p[1]).hypot(p[2])).fold(f64::INFINITY, f64::min);
     assert!(middle < 1e-9, "{middle}");
     run("right.h5", 1);
-    run("two.h5", 2);
+    let again = (ranks > 1).then(|| run("again.h5", ranks)).map(|_| "again.h5");
     // Its modes serve another friction, and no other mesh.
     folder
         .call(1, "run", &["--reuse", &folder.text("right.h5"), "--set", "contact.friction=0.3", "--only", "stability"])
@@ -281,7 +293,7 @@ fn a_mesh_stands_where_its_section_does() {
             "{wanted:?} {right:?} {left:?}"
         );
     }
-    for other in ["two.h5", "left.h5"] {
+    for other in again.into_iter().chain(["left.h5"]) {
         let (a, b) = (of("right.h5", "stability/growth_rate"), of(other, "stability/growth_rate"));
         for k in 0..8 {
             assert!((a[k] - b[k]).abs() < 1e-6 * a[k].abs().max(1.0), "{other}: {a:?} {b:?}");
@@ -314,6 +326,7 @@ fn far_yielding(folder: &Folder, file: &str) -> [[f64; 3]; 3] {
 /// half-space and what the rest adds, on one mesh. Far from a force both yield alike, also along y by forces along n,
 /// which a tilt to the wrong side would change by 7 pm/N; so do forces, approach and growth. The same on two ranks.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn elements_of_a_placed_wheel_yield_as_a_half_space_and_the_rest_do() {
     let folder = Folder::with("{}");
     let mut job = placed(&folder, json!({ "file": "fine.msh" }));
