@@ -20,6 +20,10 @@ const MOST: usize = 16;
 /// Base points at the most where points differ in their places as well.
 const MOST_PLACED: usize = 48;
 
+/// Points that no base point leads to, to each of them that others are continued from, and such at the most.
+const STRAYED_EACH: usize = 4;
+const MOST_STRAYED: usize = 48;
+
 /// A base point as this rank has computed it.
 pub(super) struct BasePoint {
     pub outcome: Result<Outcome>,
@@ -46,6 +50,18 @@ impl BasePoint {
         }
     }
 
+    /// Chooses the eigenvalues that those of other points are continued from, by the modes that are `near` the axis.
+    pub fn continue_from(&mut self, near: Option<&NearAxis>) {
+        let wanted = |is: &dyn Fn(&BaseEigenvalue) -> bool| -> Vec<_> {
+            self.candidates.iter().filter(|c| is(c)).map(|c| c.value).collect()
+        };
+        let few = near.map(|near| wanted(&|c| near.wants(c)));
+        let many = wanted(&|c| c.is_little_damped || !c.may_be.is_empty());
+        let sets = few.into_iter().chain([many]);
+        self.known = sets.filter_map(|wanted| KnownSpectrum::of_state(&self.state, &wanted)).collect();
+        self.candidates = Vec::new();
+    }
+
     /// Modes that are followed there.
     pub fn followed(&self) -> &[Followed] {
         self.outcome.as_ref().map_or(&[], |o| &o.followed)
@@ -70,17 +86,13 @@ impl Survey {
         let rows = |of: &[usize]| of.iter().map(|&i| &all.scaled[i][..]).collect();
         let inputs = FitInputs { bases: rows(&numbers), samples: rows(members) };
         let near = if all.continues { NearAxis::new(&known, told, &inputs) } else { None };
-        for (_, base) in bases.iter_mut().filter(|_| all.continues) {
-            let wanted = |is: &dyn Fn(&BaseEigenvalue) -> bool| -> Vec<_> {
-                base.candidates.iter().filter(|c| is(c)).map(|c| c.value).collect()
-            };
-            let few = near.as_ref().map(|near| wanted(&|c| near.wants(c)));
-            let many = wanted(&|c| c.is_little_damped || !c.may_be.is_empty());
-            let sets = few.into_iter().chain([many]);
-            base.known = sets.filter_map(|wanted| KnownSpectrum::of_state(&base.state, &wanted)).collect();
-            base.candidates = Vec::new();
-        }
+        bases.iter_mut().filter(|_| all.continues).for_each(|(_, base)| base.continue_from(near.as_ref()));
         Self { bases, near }
+    }
+
+    /// First base point.
+    pub fn first(&self) -> Option<&BasePoint> {
+        self.bases.first().map(|b| &b.1)
     }
 
     /// The base point with this number.
@@ -94,6 +106,40 @@ impl Survey {
     }
 }
 
+/// Points of a model that no base point leads to, and those among them that the others are continued from.
+pub(super) struct Strayed {
+    /// Numbers of all of them, ascending.
+    all: Vec<usize>,
+    /// Numbers of those that others begin from.
+    pub numbers: Vec<usize>,
+    /// Base points that this rank has computed.
+    computed: RefCell<HashMap<usize, Rc<BasePoint>>>,
+}
+
+impl Strayed {
+    /// Points `all`, ascending; none where they are too few to begin from some of them.
+    pub fn new(all: Vec<usize>) -> Option<Self> {
+        let step = all.len().div_ceil(MOST_STRAYED).max(STRAYED_EACH);
+        let numbers: Vec<usize> = all.iter().copied().step_by(step).collect();
+        (all.len() > STRAYED_EACH).then(|| Self { all, numbers, computed: RefCell::default() })
+    }
+
+    /// True if a point is one of them.
+    pub fn has(&self, i: usize) -> bool {
+        self.all.binary_search(&i).is_ok()
+    }
+
+    /// The point `number`, from which others begin; `compute` is asked for it once.
+    pub fn base(&self, number: usize, compute: impl FnOnce() -> Result<BasePoint>) -> Result<Rc<BasePoint>> {
+        if let Some(known) = self.computed.borrow().get(&number) {
+            return Ok(known.clone());
+        }
+        let made = Rc::new(compute()?);
+        self.computed.borrow_mut().insert(number, made.clone());
+        Ok(made)
+    }
+}
+
 /// The base points of all models.
 pub(super) struct Bases {
     /// True if eigenvalues are continued.
@@ -102,6 +148,8 @@ pub(super) struct Bases {
     scaled: Vec<Vec<f64>>,
     /// By the first point of each model.
     surveys: RefCell<HashMap<usize, Rc<Survey>>>,
+    /// By the first point of each model.
+    strayed: RefCell<HashMap<usize, Rc<Strayed>>>,
 }
 
 impl Bases {
@@ -116,7 +164,7 @@ impl Bases {
             let unit = if deviation > 0.0 { deviation } else { 1.0 };
             scaled.iter_mut().zip(&values).for_each(|(row, v)| row.push((v - mean) / unit));
         }
-        Self { continues, scaled, surveys: RefCell::default() }
+        Self { continues, scaled, surveys: RefCell::default(), strayed: RefCell::default() }
     }
 
     /// True if eigenvalues are continued.
@@ -154,6 +202,17 @@ impl Bases {
     /// Frees the base points of models that are no longer needed.
     pub fn forget(&self) {
         self.surveys.borrow_mut().clear();
+        self.strayed.borrow_mut().clear();
+    }
+
+    /// Keeps the points of the model of the point `first` that no base point leads to.
+    pub fn stray(&self, first: usize, strayed: Strayed) {
+        self.strayed.borrow_mut().insert(first, Rc::new(strayed));
+    }
+
+    /// Points of the model of the point `first` that went astray, if the point `i` is one of them.
+    pub fn strayed(&self, first: usize, i: usize) -> Option<Rc<Strayed>> {
+        self.strayed.borrow().get(&first).filter(|s| s.has(i)).cloned()
     }
 
     /// The base points of the model of the point `first`; `compute` is asked for them once.
@@ -171,11 +230,22 @@ impl Bases {
 mod tests {
     use super::*;
 
+    /// Points that no base point leads to begin from every so-manieth of them, where they are more than a few.
+    #[test]
+    fn strayed_points_begin_from_some_of_them() {
+        assert!(Strayed::new(vec![3, 5, 8, 9]).is_none());
+        let few = Strayed::new(vec![3, 5, 8, 9, 11]).unwrap();
+        assert_eq!(few.numbers, [3, 11]);
+        assert!(few.has(8) && !few.has(10));
+        let many = Strayed::new((0..2000).map(|i| 3 * i).collect()).unwrap();
+        assert!((40..=48).contains(&many.numbers.len()));
+    }
+
     /// Points begin from the nearest base point, whichever rank asks; a few points have one.
     #[test]
     fn points_begin_from_the_nearest_base_point() {
         let scaled = (0..80).map(|i| vec![f64::from(i), 1.0]).collect();
-        let bases = Bases { continues: true, scaled, surveys: RefCell::default() };
+        let bases = Bases { continues: true, scaled, surveys: RefCell::default(), strayed: RefCell::default() };
         let members: Vec<usize> = (0..80).collect();
         let nearest = |of: &Bases, members: &[usize], i: usize| of.nearest(&of.numbers(members, false), i);
         let of: Vec<usize> = [0, 19, 21, 40, 79].iter().map(|&i| nearest(&bases, &members, i)).collect();

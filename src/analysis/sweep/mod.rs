@@ -110,11 +110,12 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
         models += 1;
         study.forget();
         let planned: Vec<(usize, usize)> = family.members.iter().filter(|&&i| done[i] == 0).map(|&i| (0, i)).collect();
-        let passes = Passes { study: Some(study), models: vec![&family.members], placed: true, planned };
+        let passes =
+            Passes { study: Some(study), models: vec![&family.members], placed: true, planned, stretches: false };
         run.progress.stage("points of the sweep");
         let mut into = PointSinks { points: &points, results: &mut results, kept: &mut kept };
         passes.solve(run, &mut into, &mut |_, i| {
-            Some(study.solve(StudyModel::Placed(&mut bodies), (&points, &family.members), i))
+            study.solve(StudyModel::Placed(&mut bodies), (&points, &family.members), i).transpose()
         })?;
     }
     models += groups.len();
@@ -140,7 +141,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             .flat_map(|(m, (_, members))| members.iter().filter(|&&i| done[i] == 0).map(move |&i| (m, i)))
             .collect();
         let of_models = batch.iter().map(|(_, members)| &members[..]).collect();
-        let passes = Passes { study: study.as_ref(), models: of_models, placed: false, planned };
+        let passes = Passes { study: study.as_ref(), models: of_models, placed: false, planned, stretches: false };
         let mut models = Vec::with_capacity(batch.len());
         for (number, (inputs, members)) in batch.iter().enumerate() {
             let made = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {
@@ -174,10 +175,10 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
         let mut into = PointSinks { points: &points, results: &mut results, kept: &mut kept };
         passes.solve(run, &mut into, &mut |m, i| {
             let (model, _) = models[m].as_mut()?;
-            Some(point_of(&points, i).and_then(|point| match &study {
-                Some(study) => study.solve(StudyModel::Shared(model), (&points, &batch[m].1), i),
-                None => solve(model, point),
-            }))
+            match &study {
+                Some(study) => study.solve(StudyModel::Shared(model), (&points, &batch[m].1), i).transpose(),
+                None => Some(point_of(&points, i).and_then(|point| solve(model, point))),
+            }
         })?;
         if let (Some((wanted, found)), [Some((model, sources))]) = (&mut followed, &mut models[..]) {
             let chains = cycles::chains(plan, wanted, &batch[0].1);

@@ -17,12 +17,13 @@ pub(super) struct PackedOutcomes {
 /// Numbers of an outcome before its eigenvalues.
 const HEAD: usize = 15;
 /// The ways of a search, by their numbers.
-const SEARCHES: [EigenvalueSearch; 5] = [
+const SEARCHES: [EigenvalueSearch; 6] = [
     EigenvalueSearch::Whole,
     EigenvalueSearch::Continued,
     EigenvalueSearch::FellBack,
     EigenvalueSearch::Uncounted,
     EigenvalueSearch::Missed,
+    EigenvalueSearch::Rebased,
 ];
 /// Numbers of a mode that is followed.
 const FOLLOWED: usize = 4;

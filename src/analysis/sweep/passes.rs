@@ -1,5 +1,6 @@
 //! The points of some models, spread over the ranks. Those of a study are solved in passes: first the points at which
-//! unstable eigenvalues are counted in any case, then the others; and where some were missing, all others once more.
+//! unstable eigenvalues are counted in any case, then the others, and of these last what no base point leads to, from
+//! some of them; and where unstable ones were missing, all that were not counted once more.
 
 use super::outcome::PackedOutcomes;
 use super::stopped;
@@ -10,11 +11,13 @@ use crate::job::Job;
 use crate::output::datasets::sweep::{EigenvalueSearch, Outcome};
 use crate::parallel::World;
 use crate::{Error, Result};
+use std::collections::HashSet;
 
 /// Points of a study that each rank computes before what is done is kept.
 const BLOCK: usize = 16;
 
-/// Solver of a point from the number of its model and its own; none where the model could not be made.
+/// Solver of a point from the number of its model and its own; none where the model could not be made, or the point is
+/// left for later.
 type Solver<'s> = &'s mut dyn FnMut(usize, usize) -> Option<Result<Outcome>>;
 
 /// Destinations of the results of points.
@@ -35,6 +38,8 @@ pub(super) struct Passes<'a> {
     pub placed: bool,
     /// Number of the model and of each point.
     pub planned: Vec<(usize, usize)>,
+    /// True if each rank takes a stretch of the points.
+    pub stretches: bool,
 }
 
 impl Passes<'_> {
@@ -56,7 +61,7 @@ impl Passes<'_> {
     fn blocks(&self, points: &[(usize, usize)], world: &World) -> Vec<Vec<(usize, usize)>> {
         // Points of a study are kept on the disk block by block.
         let block = if self.study.is_some() { BLOCK * world.size } else { points.len() };
-        points.chunks(block.max(1)).map(|part| share(part, self.models.len(), world)).collect()
+        points.chunks(block.max(1)).map(|part| share(part, self.models.len() > 1 || self.stretches, world)).collect()
     }
 
     /// Collective: solves the points.
@@ -79,7 +84,11 @@ impl Passes<'_> {
             let counted = world.broadcast(counted);
             study.learn(members, counted.chunks_exact(2).map(|c| (c[0] as usize, c[1] as usize)).collect());
         }
-        self.solve_some(run, (&second, first.len(), total), into, solver)?;
+        study.defer(true);
+        let solved = self.solve_some(run, (&second, first.len(), total), into, solver);
+        study.defer(false);
+        solved?;
+        self.solve_strayed(run, study, (&second, total), into, solver)?;
         let again = world.broadcast(if world.is_root() { self.doubtful(into) } else { Vec::new() });
         if again.is_empty() {
             return Ok(());
@@ -90,6 +99,46 @@ impl Passes<'_> {
         let solved = self.solve_some(run, (&again, 0, again.len()), into, solver);
         study.count_all(false);
         solved
+    }
+
+    /// Collective: solves what no base point leads to of the `second` points. Points of an earlier run are among what
+    /// the others are continued from, so that a run that was stopped goes on to the same results.
+    fn solve_strayed(
+        &self,
+        run: &mut Run,
+        study: &Study,
+        (second, total): (&[(usize, usize)], usize),
+        into: &mut PointSinks,
+        solver: Solver,
+    ) -> Result<()> {
+        use EigenvalueSearch::{FellBack, Rebased};
+        let world = run.world();
+        let mut left = Vec::new();
+        for (m, members) in self.models.iter().enumerate() {
+            let own = second.iter().filter(|p| p.0 == m).map(|p| p.1).collect::<HashSet<usize>>();
+            let is_strayed = |i: usize| match &into.results[i] {
+                None => own.contains(&i),
+                Some(o) => o.status == 0 && matches!(o.search, FellBack | Rebased),
+            };
+            let found = |&i: &usize| {
+                let strayed = !study.is_first(members, i, self.placed) && is_strayed(i);
+                strayed.then(|| [i as u64, u64::from(into.results[i].is_none())])
+            };
+            let strayed: Vec<u64> = match world.is_root() {
+                true => members.iter().filter_map(found).flatten().collect(),
+                false => Vec::new(),
+            };
+            let strayed = world.broadcast(strayed);
+            let mut all: Vec<usize> = strayed.chunks_exact(2).map(|s| s[0] as usize).collect();
+            all.sort_unstable();
+            study.stray(members, all);
+            left.extend(strayed.chunks_exact(2).filter(|s| s[1] == 1).map(|s| (m, s[0] as usize)));
+        }
+        // A rank computes few of the points that others begin from.
+        left.sort_by_key(|&(m, i)| (m, study.stray_base(self.models[m], i), i));
+        let begun = total - left.len();
+        let mine = Passes { stretches: true, planned: Vec::new(), models: self.models.clone(), ..*self };
+        mine.solve_some(run, (&left, begun, total), into, solver)
     }
 
     /// On rank 0: the points that were not counted of models where unstable eigenvalues were missing at another one.
@@ -140,12 +189,12 @@ impl Passes<'_> {
     }
 }
 
-/// This rank's share of the `planned` points of some `models`, each with its model: of one model every so-manieth
-/// point, since neighbours cost alike, of several a stretch, which needs few of them.
-fn share(planned: &[(usize, usize)], models: usize, world: &World) -> Vec<(usize, usize)> {
+/// This rank's share of the `planned` points, each with its model: every so-manieth point, since neighbours cost alike,
+/// or a stretch, which needs few models.
+fn share(planned: &[(usize, usize)], stretches: bool, world: &World) -> Vec<(usize, usize)> {
     let (rank, size) = (world.rank, world.size);
-    match models {
-        1 => planned.iter().copied().skip(rank).step_by(size).collect(),
-        _ => planned[rank * planned.len() / size..(rank + 1) * planned.len() / size].to_vec(),
+    match stretches {
+        false => planned.iter().copied().skip(rank).step_by(size).collect(),
+        true => planned[rank * planned.len() / size..(rank + 1) * planned.len() / size].to_vec(),
     }
 }

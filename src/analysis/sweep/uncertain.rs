@@ -1,24 +1,23 @@
 //! The points of `analyses.uncertainty`: modes followed from the job's own point by their shapes, and what the samples
 //! say of them.
 
-use super::bases::{BasePoint, Bases, Survey};
+use super::bases::{Bases, Strayed, Survey};
 use super::counts::{Counted, Counts};
-use super::near_axis::BaseEigenvalue;
 use super::point_model::{FollowedRate, StudyModel};
-use super::{goes_on, point_of, Base};
+use super::Base;
 use crate::analysis::stability::mode_name;
 use crate::case::stability_problem::StabilityResult;
 use crate::job::{Job, SweepPlan, Uncertainty};
 use crate::model::CoupledModel;
-use crate::output::datasets::sweep::{EigenvalueSearch, Followed, Outcome};
+use crate::output::datasets::sweep::{Followed, Outcome};
 use crate::output::datasets::uncertainty::{tables, ModeOf, StudyStatistics as Report};
 use crate::output::Table;
 use crate::parallel::World;
 use crate::random::indices::indices;
 use crate::random::interval::{quantile, share};
-use crate::stability::nonlinear_eigen::{Count, KnownSpectrum, LastSpectrum};
+use crate::stability::nonlinear_eigen::LastSpectrum;
 use crate::stability::reduced::{shares, Eigenpair};
-use crate::stability::{grows, is_rigid, spectrum, track, Spectrum};
+use crate::stability::{grows, is_rigid, spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
 use num_complex::Complex;
@@ -61,6 +60,8 @@ pub(super) struct Study<'a> {
     counts: Counts,
     /// Largest number of modes that are continued on a model, where not all are.
     near: Cell<Option<usize>>,
+    /// True while points that no base point leads to are left for later.
+    defers: Cell<bool>,
 }
 
 impl<'a> Study<'a> {
@@ -100,7 +101,7 @@ impl<'a> Study<'a> {
         };
         let bases = Bases::new(plan, wanted.follow);
         let counts = Counts::new(wanted.seed, plan.points.len());
-        Ok(Some(Self { wanted, references, lower, bases, counts, near: Cell::new(None) }))
+        Ok(Some(Self { wanted, references, lower, bases, counts, near: Cell::new(None), defers: Cell::new(false) }))
     }
 
     /// Inputs of the samples beside their jobs.
@@ -128,6 +129,25 @@ impl<'a> Study<'a> {
         members.iter().take(1).for_each(|first| self.counts.learn(*first, counted.clone()));
     }
 
+    /// Leaves points that no base point leads to for later, or no longer.
+    pub(super) fn defer(&self, defers: bool) {
+        self.defers.set(defers);
+    }
+
+    /// Continues the points `strayed` among the `members` of a model, ascending, which no base point leads to, from
+    /// some of them, if they are not too few.
+    pub(super) fn stray(&self, members: &[usize], strayed: Vec<usize>) {
+        if let (Some(first), Some(strayed)) = (members.first(), Strayed::new(strayed)) {
+            self.bases.stray(*first, strayed);
+        }
+    }
+
+    /// The point that a strayed point `i` among the `members` of a model is continued from.
+    pub(super) fn stray_base(&self, members: &[usize], i: usize) -> usize {
+        let strayed = members.first().and_then(|first| self.bases.strayed(*first, i));
+        strayed.map_or(i, |s| self.bases.nearest(&s.numbers, i))
+    }
+
     /// Counts unstable eigenvalues at all points, or no longer.
     pub(super) fn count_all(&self, all: bool) {
         self.counts.set_all(all);
@@ -138,93 +158,6 @@ impl<'a> Study<'a> {
         self.wanted.interpolate
     }
 
-    /// The point `i` among the `members` that share a `model`. Every one begins from a base point of these, so that it
-    /// does not depend on which points this rank has computed before.
-    pub(super) fn solve(
-        &self,
-        mut model: StudyModel,
-        (points, members): (&[Option<Job>], &[usize]),
-        i: usize,
-    ) -> Result<Outcome> {
-        let missing = || Error::Defect("a point of a study without a base point".into());
-        let numbers = self.bases.numbers(members, matches!(model, StudyModel::Placed(_)));
-        let first = *members.first().ok_or_else(missing)?;
-        let survey = self.bases.survey(first, || self.survey(model.again(), (points, members), &numbers))?;
-        let number = self.bases.nearest(&numbers, i);
-        let base = survey.get(number).ok_or_else(missing)?;
-        if number == i {
-            return base.outcome.clone().map(|outcome| survey.reduced(outcome));
-        }
-        let point = point_of(points, i)?;
-        let is_counted = |pairs: &[Eigenpair]| {
-            let unstable = pairs.iter().filter(|e| grows(e.value, e.backward_error)).count();
-            survey.near.is_none() || self.counts.wants((first, i), unstable, |a, b| self.bases.distance(a, b))
-        };
-        let mut unstable = None;
-        for known in &base.known {
-            base.state.restore();
-            let outcome = match self.continued((model.again(), point), (&survey, base, known), &is_counted)? {
-                None => continue,
-                Some((outcome, Count::Complete)) => Outcome { search: EigenvalueSearch::Continued, ..outcome },
-                Some((outcome, Count::NotAsked)) => Outcome { search: EigenvalueSearch::Uncounted, ..outcome },
-                Some((outcome, Count::Refused)) => {
-                    unstable = Some(outcome.unstable());
-                    break;
-                }
-            };
-            return Ok(outcome);
-        }
-        base.state.restore();
-        let lower = model.lower_modes();
-        let (outcome, found, _) = model.solved(point, base.rolling.as_ref(), &mut spectrum)?;
-        let search = match unstable {
-            _ if base.known.is_empty() => EigenvalueSearch::Whole,
-            Some(n) if survey.near.is_some() && n != outcome.unstable() => EigenvalueSearch::Missed,
-            _ => EigenvalueSearch::FellBack,
-        };
-        let outcome = survey.reduced(Outcome { followed: self.followed(&found, lower), ..outcome });
-        Ok(Outcome { search, ..outcome })
-    }
-
-    /// The base points `numbers` of a model, the first one from nothing, the others from that one.
-    fn survey(
-        &self,
-        mut model: StudyModel,
-        (points, members): (&[Option<Job>], &[usize]),
-        numbers: &[usize],
-    ) -> Result<Survey> {
-        let mut bases: Vec<(usize, BasePoint)> = Vec::new();
-        for &number in numbers {
-            bases.first().map_or_else(LastSpectrum::default, |b| b.1.state.clone()).restore();
-            model.renew();
-            let base = match point_of(points, number).and_then(|point| self.base(model.again(), point)) {
-                Err(e) if !goes_on(&e) => return Err(e),
-                Err(e) => BasePoint::failed(e),
-                Ok(base) => base,
-            };
-            bases.push((number, base));
-        }
-        let growth = |r: &usize| self.references[*r].value.re;
-        let mut told: Vec<usize> = (0..self.references.len()).collect();
-        told.sort_by(|a, b| growth(b).total_cmp(&growth(a)));
-        told.truncate(TOLD);
-        let survey = Survey::new(bases, &self.bases, members, &told);
-        if let Some(near) = &survey.near {
-            self.near.set(self.near.get().max(Some(near.modes.len())));
-        }
-        Ok(survey)
-    }
-
-    /// A base point, whose eigenvalues are searched for as a whole.
-    fn base(&self, mut model: StudyModel, point: &Job) -> Result<BasePoint> {
-        let lower = model.lower_modes();
-        let (outcome, found, rolling) = model.solved(point, None, &mut spectrum)?;
-        let followed = self.followed(&found, lower);
-        let candidates = if self.bases.continues() { self.candidates(&found, &followed, lower) } else { Vec::new() };
-        let outcome = Ok(Outcome { followed, ..outcome });
-        Ok(BasePoint { outcome, state: LastSpectrum::present(), candidates, known: Vec::new(), rolling })
-    }
-
     /// Growth rates of the modes that are followed at a point, by a whole search from nothing.
     pub(super) fn growth_rates(&self, mut model: StudyModel, point: &Job) -> Result<Vec<FollowedRate>> {
         LastSpectrum::default().restore();
@@ -233,47 +166,6 @@ impl<'a> Study<'a> {
         let (_, found, _) = model.solved(point, None, &mut spectrum)?;
         let rate = |f: &Followed| Some(FollowedRate { mode: f.mode?, rate: f.value.re, agreement: f.agreement });
         Ok(self.followed(&found, lower).iter().filter_map(rate).collect())
-    }
-
-    /// A point whose eigenvalues are continued from those that are `known` of its base; none where they could not be.
-    fn continued(
-        &self,
-        (mut model, point): (StudyModel, &Job),
-        (survey, base, known): (&Survey, &BasePoint, &KnownSpectrum),
-        is_counted: &dyn Fn(&[Eigenpair]) -> bool,
-    ) -> Result<Option<(Outcome, Count)>> {
-        let lower = model.lower_modes();
-        let mut count = None;
-        let (outcome, found, _) = model.solved(point, base.rolling.as_ref(), &mut |stability, pair, linear| {
-            let found = track(stability, pair, linear, known, is_counted)?;
-            count = found.as_ref().map(|f| f.1);
-            Ok(found.map_or_else(Spectrum::default, |f| f.0))
-        })?;
-        let Some(count) = count else { return Ok(None) };
-        let followed = self.followed(&found, lower);
-        // A mode that the base point has is here as well, or it has gone to a motion that is not tracked.
-        let has = |mode: Option<usize>| followed.iter().any(|f| f.mode == mode);
-        let lost = |f: &Followed| f.mode.is_some_and(|r| survey.has(r)) && !has(f.mode);
-        if base.followed().iter().any(lost) {
-            return Ok(None);
-        }
-        Ok(Some((survey.reduced(Outcome { followed, ..outcome }), count)))
-    }
-
-    /// The eigenvalues of a base point that oscillate, with what is `followed` there.
-    fn candidates(&self, found: &StabilityResult, followed: &[Followed], lower: usize) -> Vec<BaseEigenvalue> {
-        let most = followed.iter().filter(|f| f.mode.is_some()).map(|f| -f.value.re / f.value.norm());
-        let most = most.fold(0.0, f64::max);
-        let candidate = |e: &Eigenpair| {
-            let norm = e.modal.iter().map(C::norm_sqr).sum::<f64>().sqrt();
-            let may_be = |r: &Reference| {
-                let near = (e.value.im - r.value.im).abs() <= NEAR * r.value.im;
-                near && product(&r.modal, self.lower, &e.modal, lower).norm() >= UNLIKE.sqrt() * norm
-            };
-            let may_be = (0..self.references.len()).filter(|r| may_be(&self.references[*r])).collect();
-            BaseEigenvalue { value: e.value, may_be, is_little_damped: e.damping_ratio() <= most }
-        };
-        found.spectrum.eigenpairs.iter().filter(|e| oscillates(e)).map(candidate).collect()
     }
 
     /// The modes that are followed among those of a sample on `lower` free modes of the lower body, each by the motion
@@ -448,6 +340,7 @@ fn product(a: &[C], a_lower: usize, b: &[C], b_lower: usize) -> C {
     part(a1, b1) + part(a2, b2)
 }
 
+mod continuation;
 mod summary;
 use summary::{near_in_words, say};
 

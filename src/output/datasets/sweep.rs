@@ -31,6 +31,9 @@ pub enum EigenvalueSearch {
     Uncounted,
     /// They were searched for since unstable ones were missing among the continued ones.
     Missed,
+    /// They were continued from those of a point that could not be continued itself, and no other one is unstable by a
+    /// count.
+    Rebased,
 }
 
 /// Outcome of a point.

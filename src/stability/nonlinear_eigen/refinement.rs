@@ -29,7 +29,7 @@ pub(super) struct RefinedPairs {
 }
 
 impl NonlinearEigenproblem {
-    /// The eigenpairs that are near `roots` of the polynomials; none where one does not settle there, or two become one.
+    /// Eigenpairs near `roots` of the polynomials; none where one does not settle there, or two become one.
     pub(super) fn refined(&self, roots: &[C]) -> Option<RefinedPairs> {
         let r = self.modes.rank;
         let (mut forces, _) = self.forces(roots);

@@ -2,8 +2,9 @@
 //!
 //! The tracked ones are the roots that Newton's method finds from the known ones on det(1 − KG) P with all others
 //! divided out where they were; the others stay where they were. For these roots the contact is interpolated over their
-//! frequencies alone and coarsely, and each is corrected with the contact at its own place ([`refinement`](super)). Where one root does not settle, goes far, or meets another one, there is no answer, and the
-//! spectrum has to be searched for as a whole.
+//! frequencies alone, and coarsely; each is then corrected with the contact at its own place
+//! ([`refinement`](super::refinement)). Where one root does not settle, goes far, or meets another one, there is no
+//! answer, and the spectrum has to be searched for as a whole.
 //!
 //! A count on request tells that no unstable one is missing, along the imaginary axis, at the frequencies of the
 //! others: with the continued roots exact and the others near theirs, what is left of the determinant has no zeros in

@@ -94,22 +94,27 @@ pub(super) fn say(
 
 /// Lines of the summary about how the eigenvalues of the points were found.
 fn search_in_words(all: &[Outcome], summary: &mut Summary) {
-    use EigenvalueSearch::{Continued, FellBack, Missed, Uncounted};
+    use EigenvalueSearch::{Continued, FellBack, Missed, Rebased, Uncounted};
     let by = |search: EigenvalueSearch| all.iter().filter(|o| o.search == search).count();
-    let [counted, uncounted, fell_back, missed] = [Continued, Uncounted, FellBack, Missed].map(by);
-    let continued = counted + uncounted;
+    let [counted, uncounted, fell_back, missed, rebased] = [Continued, Uncounted, FellBack, Missed, Rebased].map(by);
+    let continued = counted + uncounted + rebased;
     if continued + fell_back + missed == 0 {
         return;
     }
     let bases = all.len() - continued - fell_back - missed;
+    let others = match rebased {
+        0 => String::new(),
+        n => format!("; {n} of the former from some of the latter"),
+    };
     summary.value(
         "eigenvalues",
         format!(
-            "{continued} points continued from {bases} base points, {} searched for since they could not be",
+            "{continued} points continued from {bases} base points, {} searched for since they could not be{others}",
             fell_back + missed
         ),
     );
     if uncounted + missed > 0 {
+        let counted = counted + rebased;
         let text = match missed {
             0 => format!("unstable eigenvalues counted at {counted} of these points, none was missing"),
             _ => format!("unstable eigenvalues were missing at {missed} points; all others were counted"),
