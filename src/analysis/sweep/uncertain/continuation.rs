@@ -51,7 +51,7 @@ impl Study<'_> {
             let unstable = pairs.iter().filter(|e| grows(e.value, e.backward_error)).count();
             survey.near.is_none() || self.counts.wants((first, i), unstable, |a, b| self.bases.distance(a, b))
         };
-        match self.from_base((model.again(), point), (&survey, base), &is_counted)? {
+        match self.continuation((model.again(), point), (&survey, base), &is_counted)? {
             Continuation::Found(outcome, true) => Ok(Some(Outcome { search: EigenvalueSearch::Continued, ..outcome })),
             Continuation::Found(outcome, false) => Ok(Some(Outcome { search: EigenvalueSearch::Uncounted, ..outcome })),
             Continuation::Lost if self.defers.get() && !base.known.is_empty() => Ok(None),
@@ -84,14 +84,14 @@ impl Study<'_> {
             return Ok(Outcome { search: EigenvalueSearch::FellBack, ..outcome });
         }
         let point = point_of(points, i)?;
-        match self.from_base((model.again(), point), (survey, &base), &|_| true)? {
+        match self.continuation((model.again(), point), (survey, &base), &|_| true)? {
             Continuation::Found(outcome, _) => Ok(Outcome { search: EigenvalueSearch::Rebased, ..outcome }),
             other => self.whole((model, point), (survey, &base), &other),
         }
     }
 
     /// A point by the eigenvalues of a base point.
-    fn from_base(
+    fn continuation(
         &self,
         (mut model, point): (StudyModel, &Job),
         (survey, base): (&Survey, &BasePoint),
