@@ -192,27 +192,36 @@ fn samples_are_the_same_on_two_ranks_and_after_a_stop() {
     assert!(!folder.path("stopped.uncertainty").exists());
 }
 
+fn uniform(from: f64, to: f64) -> Value {
+    json!({ "uniform": { "from": from, "to": to } })
+}
+
+/// Swept wheels with 110 modes each and samples of these inputs.
+fn swept(inputs: Value) -> Value {
+    let mut job = job("swept-curve.json");
+    job["contact"]["patch"]["spacing"] = json!(0.0014);
+    job["analyses"]["modes"]["count"] = json!(110);
+    job["analyses"]["uncertainty"] =
+        json!({ "inputs": inputs, "samples": 144, "method": "latin_hypercube", "indices": false });
+    job
+}
+
 /// From stick to slip modes change too much for the base points. Samples that go astray there begin from some of them:
 /// to the eigenvalues of the whole search, the same on two ranks and after a stop.
 #[test]
 fn samples_that_go_astray_begin_from_some_of_them() {
-    let mut job = job("swept-curve.json");
-    job["contact"]["patch"]["spacing"] = json!(0.0014);
-    job["analyses"]["modes"]["count"] = json!(110);
-    let uniform = |from: f64, to: f64| json!({ "uniform": { "from": from, "to": to } });
-    job["analyses"]["uncertainty"] = json!({
-        "inputs": [
+    let folder = Folder::with(
+        swept(json!([
             { "key": "contact.friction", "distribution": uniform(0.2, 0.5) },
             { "key": "contact.creepage.lateral", "distribution": uniform(0.0005, 0.008) },
             { "key": "contact.normal_load", "distribution": uniform(60e3, 80e3) }
-        ],
-        "samples": 144, "method": "latin_hypercube", "indices": false
-    });
-    let folder = Folder::with(job.to_string());
+        ]))
+        .to_string(),
+    );
     let model = folder.text("model.h5");
     folder.call(1, "run", &["--only", "stability", "--output", &model]).good();
     let ran = folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("one.h5")]);
-    assert!(ran.good().out.contains("of the former from some of the latter"), "{}", ran.out);
+    assert!(ran.good().out.contains("points were continued from some of these"), "{}", ran.out);
     let one = open(folder.path("one.h5"));
     let search: Vec<i32> = one.dataset("uncertainty/search").and_then(|d| d.read_raw()).expect("search");
     assert!(search.iter().filter(|s| **s == 5).count() > 10, "{search:?}");
@@ -243,20 +252,15 @@ fn samples_that_go_astray_begin_from_some_of_them() {
 /// Eigenvalues of samples that are continued from base points are those of the whole search, on any number of ranks.
 #[test]
 fn continued_samples_are_those_of_the_whole_search() {
-    let mut job = job("swept-curve.json");
-    job["contact"]["patch"]["spacing"] = json!(0.0014);
-    job["analyses"]["modes"]["count"] = json!(110);
-    let uniform = |from: f64, to: f64| json!({ "uniform": { "from": from, "to": to } });
-    job["analyses"]["uncertainty"] = json!({
-        "inputs": [
+    let folder = Folder::with(
+        swept(json!([
             { "key": "contact.friction", "distribution": uniform(0.2, 0.4) },
             { "key": "contact.creepage.lateral", "distribution": uniform(0.008, 0.012) },
             { "key": "contact.normal_load", "distribution": uniform(60e3, 80e3) },
             { "key": "bodies.upper.damping.alpha", "distribution": uniform(0.8, 1.2) }
-        ],
-        "samples": 144, "method": "latin_hypercube", "indices": false
-    });
-    let folder = Folder::with(job.to_string());
+        ]))
+        .to_string(),
+    );
     let model = folder.text("model.h5");
     folder.call(1, "run", &["--only", "stability", "--output", &model]).good();
     let ran = folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("one.h5")]);

@@ -20,7 +20,7 @@ const MOST: usize = 16;
 /// Base points at the most where points differ in their places as well.
 const MOST_PLACED: usize = 48;
 
-/// Points that no base point leads to, to each of them that others are continued from, and such at the most.
+/// One in so many points that went astray is searched for as a whole, so that others begin from it; and the most such.
 const STRAYED_EACH: usize = 4;
 const MOST_STRAYED: usize = 48;
 

@@ -110,8 +110,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
         models += 1;
         study.forget();
         let planned: Vec<(usize, usize)> = family.members.iter().filter(|&&i| done[i] == 0).map(|&i| (0, i)).collect();
-        let passes =
-            Passes { study: Some(study), models: vec![&family.members], placed: true, planned, stretches: false };
+        let passes = Passes { study: Some(study), models: vec![&family.members], placed: true, planned, astray: false };
         run.progress.stage("points of the sweep");
         let mut into = PointSinks { points: &points, results: &mut results, kept: &mut kept };
         passes.solve(run, &mut into, &mut |_, i| {
@@ -141,7 +140,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             .flat_map(|(m, (_, members))| members.iter().filter(|&&i| done[i] == 0).map(move |&i| (m, i)))
             .collect();
         let of_models = batch.iter().map(|(_, members)| &members[..]).collect();
-        let passes = Passes { study: study.as_ref(), models: of_models, placed: false, planned, stretches: false };
+        let passes = Passes { study: study.as_ref(), models: of_models, placed: false, planned, astray: false };
         let mut models = Vec::with_capacity(batch.len());
         for (number, (inputs, members)) in batch.iter().enumerate() {
             let made = if let (true, Some(base)) = (*inputs == fe_inputs(job), &base) {

@@ -38,8 +38,8 @@ pub(super) struct Passes<'a> {
     pub placed: bool,
     /// Number of the model and of each point.
     pub planned: Vec<(usize, usize)>,
-    /// True if each rank takes a stretch of the points.
-    pub stretches: bool,
+    /// True if the points have gone astray: each rank takes a stretch of them.
+    pub astray: bool,
 }
 
 impl Passes<'_> {
@@ -61,7 +61,7 @@ impl Passes<'_> {
     fn blocks(&self, points: &[(usize, usize)], world: &World) -> Vec<Vec<(usize, usize)>> {
         // Points of a study are kept on the disk block by block.
         let block = if self.study.is_some() { BLOCK * world.size } else { points.len() };
-        points.chunks(block.max(1)).map(|part| share(part, self.models.len() > 1 || self.stretches, world)).collect()
+        points.chunks(block.max(1)).map(|part| share(part, self.models.len() > 1 || self.astray, world)).collect()
     }
 
     /// Collective: solves the points.
@@ -111,14 +111,14 @@ impl Passes<'_> {
         into: &mut PointSinks,
         solver: Solver,
     ) -> Result<()> {
-        use EigenvalueSearch::{FellBack, Rebased};
+        use EigenvalueSearch::{FellBack, Missed, Rebased};
         let world = run.world();
         let mut left = Vec::new();
         for (m, members) in self.models.iter().enumerate() {
             let own = second.iter().filter(|p| p.0 == m).map(|p| p.1).collect::<HashSet<usize>>();
             let is_strayed = |i: usize| match &into.results[i] {
                 None => own.contains(&i),
-                Some(o) => o.status == 0 && matches!(o.search, FellBack | Rebased),
+                Some(o) => matches!(o.search, FellBack | Missed | Rebased),
             };
             let found = |&i: &usize| {
                 let strayed = !study.is_first(members, i, self.placed) && is_strayed(i);
@@ -137,7 +137,7 @@ impl Passes<'_> {
         // A rank computes few of the points that others begin from.
         left.sort_by_key(|&(m, i)| (m, study.stray_base(self.models[m], i), i));
         let begun = total - left.len();
-        let mine = Passes { stretches: true, planned: Vec::new(), models: self.models.clone(), ..*self };
+        let mine = Passes { astray: true, planned: Vec::new(), models: self.models.clone(), ..*self };
         mine.solve_some(run, (&left, begun, total), into, solver)
     }
 
@@ -152,6 +152,15 @@ impl Passes<'_> {
             }
         }
         all
+    }
+
+    /// Outcome of a point that fails. One that went astray is still one of those for a run that goes on.
+    fn failed(&self, error: &Error) -> Outcome {
+        let failed = Outcome::failed(error);
+        match self.astray {
+            true => Outcome { search: EigenvalueSearch::FellBack, ..failed },
+            false => failed,
+        }
     }
 
     /// Collective: solves `points`, before which `before` of `total` were solved.
@@ -171,7 +180,7 @@ impl Passes<'_> {
             for &(m, i) in mine.iter().take_while(|_| !run.stop.signalled()) {
                 begun += 1;
                 if let Some(found) = solver(m, i) {
-                    solved.push(i, &found.unwrap_or_else(|e| Outcome::failed(&e)));
+                    solved.push(i, &found.unwrap_or_else(|e| self.failed(&e)));
                 }
                 run.progress.step("points", before + begun * points.len() / all.max(1), total);
             }

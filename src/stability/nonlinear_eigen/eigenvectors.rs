@@ -1,6 +1,7 @@
 //! Eigenvectors of roots and their backward errors: motions of the modes and unknowns of the contact.
 
 use super::backward_errors::{BackwardErrors, Vectors};
+use super::refinement::moved;
 use super::{NonlinearEigenproblem, C, LOOKED_AT};
 use crate::model::CoupledModel;
 use crate::stability::reduced::Eigenpair;
@@ -14,8 +15,7 @@ impl NonlinearEigenproblem {
         let (g, k) = (self.modes.compliance(roots), self.along.stiffness(roots));
         let part = |of: &[C], l: usize| -> Vec<C> { of[l * r * r..(l + 1) * r * r].to_vec() };
         let forces: Vec<Vec<C>> = (0..roots.len()).map(|l| self.null_vector(&part(&k, l), &part(&g, l))).collect();
-        let moved = |i: usize, l: usize| (0..r).map(|j| g[l * r * r + j * r + i] * forces[l][j]).sum::<C>();
-        let motions = Mat::from_fn(r, roots.len(), moved);
+        let motions = moved(&g, &forces);
         (forces, motions)
     }
 

@@ -4,8 +4,8 @@
 //!
 //! (K(λ) G(λ) − 1) φ = 0,   φ₀ᴴ (φ − φ₀) = 0,
 //!
-//! with the residual of the contact itself, which K asks for a single motion Gφ in place of all r of them, and with the
-//! polynomials in the Jacobian: each step leaves as little of what was left as the polynomials are wrong by.
+//! with the residual of the contact itself and the Jacobian of the polynomials. The residual needs K for the single
+//! motion Gφ, not for all r. Each step reduces the error by the relative error of the polynomials.
 
 use super::dense_lu::DenseLu;
 use super::{NonlinearEigenproblem, APART, C, COARSE};
@@ -15,8 +15,7 @@ use faer::Mat;
 const STEPS: usize = 6;
 /// How far an eigenvalue may go altogether, over its size.
 const NEAR: f64 = 1e-3;
-/// Change of λ and φ, over their sizes, from which on nothing but rounding is left after the step: what it leaves of
-/// itself is [`COARSE`].
+/// Largest relative change of λ and φ in the last step, which leaves [`COARSE`] of it: rounding.
 const LAST: f64 = 1e-13 / COARSE;
 
 /// Eigenvalues with Im > 0, and what the functions do there.
@@ -89,7 +88,7 @@ impl NonlinearEigenproblem {
 }
 
 /// Motions of the functions under `forces` with G of each, `[r²]`, by columns one after the other.
-fn moved(g: &[C], forces: &[Vec<C>]) -> Mat<C> {
+pub(super) fn moved(g: &[C], forces: &[Vec<C>]) -> Mat<C> {
     let r = forces.first().map_or(0, Vec::len);
     Mat::from_fn(r, forces.len(), |i, l| (0..r).map(|j| g[(l * r + j) * r + i] * forces[l][j]).sum::<C>())
 }

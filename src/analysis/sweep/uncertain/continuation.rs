@@ -69,13 +69,7 @@ impl Study<'_> {
     ) -> Result<Outcome> {
         let number = self.bases.nearest(&strayed.numbers, i);
         let base = strayed.base(number, || {
-            survey.first().map_or_else(LastSpectrum::default, |first| first.state.clone()).restore();
-            model.renew();
-            let mut base = match point_of(points, number).and_then(|point| self.base(model.again(), point)) {
-                Err(e) if !goes_on(&e) => return Err(e),
-                Err(e) => BasePoint::failed(e),
-                Ok(base) => base,
-            };
+            let mut base = self.base_after(survey.first(), model.again(), (points, number))?;
             base.continue_from(survey.near.as_ref());
             Ok(base)
         })?;
@@ -86,7 +80,15 @@ impl Study<'_> {
         let point = point_of(points, i)?;
         match self.continuation((model.again(), point), (survey, &base), &|_| true)? {
             Continuation::Found(outcome, _) => Ok(Outcome { search: EigenvalueSearch::Rebased, ..outcome }),
-            other => self.whole((model, point), (survey, &base), &other),
+            other => {
+                let outcome = self.whole((model, point), (survey, &base), &other)?;
+                // That it went astray is kept where the base point has failed, too.
+                let search = match outcome.search {
+                    EigenvalueSearch::Whole => EigenvalueSearch::FellBack,
+                    search => search,
+                };
+                Ok(Outcome { search, ..outcome })
+            }
         }
     }
 
@@ -137,13 +139,7 @@ impl Study<'_> {
     ) -> Result<Survey> {
         let mut bases: Vec<(usize, BasePoint)> = Vec::new();
         for &number in numbers {
-            bases.first().map_or_else(LastSpectrum::default, |b| b.1.state.clone()).restore();
-            model.renew();
-            let base = match point_of(points, number).and_then(|point| self.base(model.again(), point)) {
-                Err(e) if !goes_on(&e) => return Err(e),
-                Err(e) => BasePoint::failed(e),
-                Ok(base) => base,
-            };
+            let base = self.base_after(bases.first().map(|b| &b.1), model.again(), (points, number))?;
             bases.push((number, base));
         }
         let growth = |r: &usize| self.references[*r].value.re;
@@ -155,6 +151,21 @@ impl Study<'_> {
             self.near.set(self.near.get().max(Some(near.modes.len())));
         }
         Ok(survey)
+    }
+
+    /// The base point `number`, whose search begins from the eigenvalues of the `first` one, or from nothing.
+    fn base_after(
+        &self,
+        first: Option<&BasePoint>,
+        mut model: StudyModel,
+        (points, number): (&[Option<Job>], usize),
+    ) -> Result<BasePoint> {
+        first.map_or_else(LastSpectrum::default, |first| first.state.clone()).restore();
+        model.renew();
+        match point_of(points, number).and_then(|point| self.base(model, point)) {
+            Err(e) if goes_on(&e) => Ok(BasePoint::failed(e)),
+            found => found,
+        }
     }
 
     /// A base point, whose eigenvalues are searched for as a whole.

@@ -104,7 +104,7 @@ fn search_in_words(all: &[Outcome], summary: &mut Summary) {
     let bases = all.len() - continued - fell_back - missed;
     let others = match rebased {
         0 => String::new(),
-        n => format!("; {n} of the former from some of the latter"),
+        n => format!("; {n} points were continued from some of these"),
     };
     summary.value(
         "eigenvalues",
