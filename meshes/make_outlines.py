@@ -1,11 +1,14 @@
 #!/usr/bin/env python3
-"""Makes two drawings that `railsqueal section` reads: a wheel as DXF, a rail as a table of coordinates.
+"""Makes three drawings that `railsqueal section` reads: a wheel as DXF, a rail and half of a wheelset as tables of
+coordinates.
 
     pip install ezdxf
     python3 make_outlines.py --directory .
 
 `wheel-outline.dxf` is the wheel of `wheel-section.msh`, in mm, with layers for its groups. `rail-outline.csv` is the
 rail 60E1, in mm with its origin in the middle of the head; the column `bulge` makes arcs of the edges of its head.
+`wheelset-outline.csv` is one half of a wheelset of our own, in mm: wheels with a curved web and a coned tread on a
+solid axle, flange at +x and the middle of the axle at x = 750.
 """
 
 import argparse
@@ -92,12 +95,41 @@ def rail(path):
     path.write_text("\n".join(["x (mm);y (mm);group;bulge", *lines]) + "\n", encoding="utf-8")
 
 
+# Half of the wheelset, mm: radii of the axle from its end to its middle with the x at which they end, and the radius of
+# the fillets at its shoulders. The wheel on it is the one above, its tread a cone.
+AXLE = [(65.0, -100.0), (95.0, 110.0), (82.0, 750.0)]
+END, SHOULDER, CONE = -350.0, 15.0, 0.025
+
+
+def wheelset(path):
+    """Writes the half of the wheelset, counterclockwise from the end of the axle along its centre line."""
+    journal, seat, body = (radius for radius, _ in AXLE)
+    (_, before), (_, behind), (_, middle) = AXLE
+    quarter = math.tan(math.pi / 8)
+    web = [(HUB + (WEB - HUB) * k / 24) for k in range(25)]
+    faces = [[(s * HALF_WEB + BOW * math.sin(math.pi * (y - HUB) / (WEB - HUB)) ** 2, y) for y in web] for s in (1, -1)]
+    # Place, group and bulge of the edge that begins there; from the middle of the axle over the wheel to its end.
+    rows = [(END, 0.0, "", 0.0), (middle, 0.0, "", 0.0), (middle, body, "", 0.0)]
+    # A fillet between the axle and the seat: the quarter of a circle that is as high as the step.
+    rows += [(behind + seat - body, body, "", -quarter), (behind, seat, "", 0.0), (HUB_AT[1], seat, "", 0.0)]
+    rows += [(HUB_AT[1], HUB, "", 0.0), *((x, y, "", 0.0) for x, y in faces[0])]
+    rows += [(RIM_AT[1], WEB, "", 0.0), (FLANGE_AT[1], FLANGE, "", 0.0), (FLANGE_AT[0], FLANGE, "", 0.0)]
+    rows += [(x, TREAD + CONE * x, group, 0.0) for x, group in ((FLANGE_AT[0], "running"), (RIM_AT[0], ""))]
+    rows += [(RIM_AT[0], WEB, "", 0.0), *((x, y, "", 0.0) for x, y in reversed(faces[1]))]
+    rows += [(HUB_AT[0], HUB, "", 0.0), (HUB_AT[0], seat, "", 0.0)]
+    rows += [(before, seat, "", 0.0), (before, journal + SHOULDER, "", -quarter)]
+    rows += [(before - SHOULDER, journal, "journal", 0.0), (END, journal, "", 0.0)]
+    lines = [f"{x:.6f};{y:.6f};{group};{bulge:.10f}" for x, y, group, bulge in rows]
+    path.write_text("\n".join(["x (mm);y (mm);group;bulge", *lines]) + "\n", encoding="utf-8")
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--directory", type=Path, default=Path("."), help="where the files go")
     given = parser.parse_args()
     wheel(given.directory / "wheel-outline.dxf")
     rail(given.directory / "rail-outline.csv")
+    wheelset(given.directory / "wheelset-outline.csv")
 
 
 if __name__ == "__main__":

@@ -540,6 +540,14 @@ class CreepCurve(Table):
             result.complexes("creep_curve/eigenvalue") if stable else None,
         )
 
+    @staticmethod
+    def further(result: Result) -> list[str]:
+        """Groups of the further contacts, whose creepages change by as much as that of the first one."""
+        groups: list[str] = []
+        while f"{(group := f'creep_curve_{len(groups) + 2}')}/force" in result:
+            groups.append(group)
+        return groups
+
 
 @dataclass(frozen=True)
 class Provenance:

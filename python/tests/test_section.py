@@ -189,7 +189,9 @@ def test_examples_are_those_of_their_script(tmp_path: Path, monkeypatch: pytest.
 
     make_outlines.rail(tmp_path / "rail-outline.csv")
     make_outlines.wheel(tmp_path / "wheel-outline.dxf")
-    assert (tmp_path / "rail-outline.csv").read_text() == (MESHES / "rail-outline.csv").read_text()
+    make_outlines.wheelset(tmp_path / "wheelset-outline.csv")
+    for name in ("rail-outline.csv", "wheelset-outline.csv"):
+        assert (tmp_path / name).read_text() == (MESHES / name).read_text()
     one, other = made(tmp_path / "wheel-outline.dxf"), made(MESHES / "wheel-outline.dxf")
     assert moments(one.outline) == moments(other.outline)
 
@@ -451,3 +453,41 @@ def test_a_loop_is_the_same_from_shuffled_and_turned_curves() -> None:
             [*lines, *(Line("", "other", a, b) for a, b in ((points[0], points[2] * 2), (points[2] * 2, points[3])))],
             1e-6,
         )
+
+
+def test_half_of_a_wheelset_has_the_mass_of_both_halves_and_says_its_middle(tmp_path: Path, capsys: Any) -> None:
+    half = [
+        (0.0, 0.0, "", 0.0),
+        (750.0, 0.0, "", 0.0),
+        (750.0, 80.0, "", 0.0),
+        (65.0, 80.0, "", 0.0),
+        (65.0, 460.0, "running", 0.0),
+        (-65.0, 460.0, "", 0.0),
+        (-65.0, 80.0, "", 0.0),
+        (-100.0, 80.0, "journal", 0.0),
+        (-300.0, 80.0, "", 0.0),
+        (-300.0, 0.0, "", 0.0),
+    ]
+    path = tmp_path / "half.csv"
+    path.write_text("\n".join(["x (mm),y (mm),group,bulge", *(",".join(map(str, row)) for row in half)]) + "\n")
+    made = make(path, Options("wheelset", size=0.05))
+    volume = 2 * math.pi * (0.08**2 * 1.05 + (0.46**2 - 0.08**2) * 0.13)
+    assert isinstance(made.properties, WheelProperties)
+    assert made.properties.mass == pytest.approx(7860 * volume, rel=1e-12)
+    assert made.properties.centre == pytest.approx(0.75)
+    assert made.mesh.nodes[:, 1].min() == 0.0 and len(made.remarks) == 1
+    mesh = tmp_path / "half.msh"
+    assert main(["section", str(path), "--kind", "wheelset", "--size", "0.05", "--output", str(mesh)]) == 0
+    body = json.loads(capsys.readouterr().out.split("folder:\n\n")[1])["upper"]
+    assert body["mesh"]["revolved"]["section"]["file"]["middle"] == 0.75
+    assert body["suspension"]["journals"] == [-0.95, 0.95] and "fixed" not in body
+    with pytest.raises(InputError, match=r"in a corner; expected one half of a wheelset"):
+        pointed = [(750.0, 40.0, "", 0.0) if row[:2] == (750.0, 80.0) else row for row in half]
+        pointed[1] = (700.0, 0.0, "", 0.0)
+        path.write_text("\n".join(["x (mm),y (mm),group,bulge", *(",".join(map(str, row)) for row in pointed)]) + "\n")
+        make(path, Options("wheelset", size=0.05))
+    with pytest.raises(InputError, match="crosses the axle"):
+        path.write_text(
+            "\n".join(["x (mm),y (mm),group,bulge", *(f"{x},{y - 5},{g},{b}" for x, y, g, b in half)]) + "\n"
+        )
+        make(path, Options("wheelset", size=0.05))

@@ -1,4 +1,5 @@
-//! The analysis `creep_curve`: steady rolling over the values of one creepage, each from the solution before.
+//! The analysis `creep_curve`: steady rolling over the values of one creepage, each from the solution before. Of
+//! several contacts the values are those of the first one, and the creepages of the others change by as much.
 
 use super::point;
 use super::reduction::Reduction;
@@ -10,7 +11,7 @@ use crate::contact::{Continuation, SteadyProblem, SteadySolution};
 use crate::grid::Interface;
 use crate::job::{self, CreepCurve, Job};
 use crate::model::{CoupledModel, ReducedModel};
-use crate::output::datasets::creep_curve::{tables, Baseline, CreepCurvePoint};
+use crate::output::datasets::creep_curve::{tables, Baseline, CreepCurvePoint, CurveContact};
 use crate::stability::{grows, least_stable};
 use crate::summary::Summary;
 use crate::{Error, Result};
@@ -34,7 +35,9 @@ pub(super) fn run(run: &mut Run, wanted: &CreepCurve, contact: &job::Contact, mo
     })?;
     if let Some(points) = points {
         summarise(wanted, contact, &points, &mut run.summary);
-        run.file.tables(tables(wanted, &points, job.analyses.stability.is_some()));
+        let first = contact.creepage.component(wanted.key);
+        let changes: Vec<f64> = contact.all().map(|one| one.creepage.component(wanted.key) - first).collect();
+        run.file.tables(tables(wanted, &points, &changes, job.analyses.stability.is_some()));
     }
     Ok(())
 }
@@ -71,11 +74,27 @@ impl<'a> Curve<'a> {
     }
 
     fn solved(&self, continuation: &mut Continuation, value: f64) -> Result<CreepCurvePoint> {
-        let contact =
-            job::Contact { creepage: self.contact.creepage.with(self.wanted.key, value), ..self.contact.clone() };
+        let contact = self.contact.with_creepage_at(self.wanted.key, value);
         let solution = continuation.solve(kinematics(&contact))?;
-        let mut point = of_solution(value, &self.model.interface, &solution);
-        point.baseline = self.baseline(&contact, &solution)?;
+        let mut contacts = Vec::new();
+        for (number, one) in contact.all().enumerate() {
+            let baseline = self.baseline((one, number), &solution)?;
+            contacts.push(CurveContact {
+                value: one.creepage.component(self.wanted.key),
+                baseline,
+                ..of_contact(&self.model.interface, &solution, number)
+            });
+        }
+        let (residual, iterations) = (solution.residual, solution.iterations);
+        let mut point = CreepCurvePoint {
+            value,
+            status: 0,
+            message: String::new(),
+            contacts,
+            residual,
+            iterations,
+            least_stable: None,
+        };
         if let Some(stability) = &self.job.analyses.stability {
             let (problem, pair) = (continuation.problem(), &self.model.pair);
             well_posed::refuse_short(&contact.friction, |law| well_posed::rolling(problem, law, pair))?;
@@ -87,10 +106,10 @@ impl<'a> Curve<'a> {
 }
 
 impl Curve<'_> {
-    /// Results of laws of point contact for the solution `r` under `contact`, on half-spaces of the bodies' materials,
-    /// with the coefficient of friction at the rigid creep of the centre. None where there is no ellipse in the range
-    /// of their table.
-    fn baseline(&self, contact: &job::Contact, r: &SteadySolution) -> Result<Option<Baseline>> {
+    /// Results of laws of point contact for the solution `r` of the contact `number`, on half-spaces of the bodies'
+    /// materials, with the coefficient of friction at the rigid creep of the centre. None where there is no ellipse in
+    /// the range of their table.
+    fn baseline(&self, (contact, number): (&job::Contact, usize), r: &SteadySolution) -> Result<Option<Baseline>> {
         let c = creepage(contact);
         let of = |e: EllipticContact| Baseline {
             half_axes: [e.a, e.b],
@@ -99,29 +118,26 @@ impl Curve<'_> {
             polach: polach(&e, &c),
             fastsim: fastsim(&e, &c),
         };
-        Ok(point::ellipse(self.job, contact, &self.model.interface, &r.pressure)?.map(of))
+        let patch = (&self.model.interface, number);
+        Ok(point::ellipse(self.job, contact, patch, &r.pressure)?.map(of))
     }
 }
 
-/// Point of a curve from a solution on the interface `s`.
-fn of_solution(value: f64, s: &Interface, r: &SteadySolution) -> CreepCurvePoint {
-    let nodes = |status: u8| r.state.iter().zip(&s.weight).filter(move |(state, _)| **state == status).map(|(_, w)| *w);
-    let area = |status: u8| nodes(status).sum::<f64>();
+/// State of the contact `number` of a solution on the interface `s`.
+fn of_contact(s: &Interface, r: &SteadySolution, number: usize) -> CurveContact {
+    let nodes = |status: u8| s.patches[number].nodes().filter(move |&i| r.state[i] == status);
+    let area = |status: u8| nodes(status).map(|i| s.weight[i]).sum::<f64>();
     let (stick, slip) = (area(1), area(2));
-    CreepCurvePoint {
-        value,
-        status: 0,
-        message: String::new(),
-        force: r.force,
-        moment_z: r.moment_z,
-        approach: r.motions[0],
+    let resultant = &r.patches[number];
+    CurveContact {
+        value: f64::NAN,
+        force: resultant.force,
+        moment_z: resultant.moment_z,
+        approach: resultant.approach,
         closed: nodes(1).count() + nodes(2).count(),
         sticking: nodes(1).count(),
         stick_share: if stick + slip > 0.0 { stick / (stick + slip) } else { 0.0 },
-        residual: r.residual,
-        iterations: r.iterations,
         baseline: None,
-        least_stable: None,
     }
 }
 
@@ -134,15 +150,20 @@ fn summarise(wanted: &CreepCurve, contact: &job::Contact, points: &[CreepCurvePo
         "creep curve over the {key} creepage: {} points, {failed} failed, {iterations} iterations",
         points.len()
     ));
-    let friction = |p: &CreepCurvePoint| p.force[0].hypot(p.force[1]);
-    let at = |p: &CreepCurvePoint| match unit {
-        "1" => format!("{:.4} %", 100.0 * p.value),
-        _ => format!("{} {unit}", p.value),
+    let friction = |c: &CurveContact| c.force[0].hypot(c.force[1]);
+    let said = |value: f64| match unit {
+        "1" => format!("{:.4} %", 100.0 * value),
+        _ => format!("{value} {unit}"),
     };
-    if let Some(most) = good.iter().max_by(|a, b| friction(a).total_cmp(&friction(b))) {
-        let limit = -most.force[2] * contact.friction.coefficient(0.0);
+    let at = |p: &CreepCurvePoint| said(p.value);
+    for (number, one) in contact.all().enumerate() {
+        let of_contact = good.iter().filter_map(|p| p.contacts.get(number));
+        let Some(most) = of_contact.max_by(|a, b| friction(a).total_cmp(&friction(b))) else { continue };
+        let limit = -most.force[2] * one.friction.coefficient(0.0);
         let part = if limit > 0.0 { format!(", {:.4} of μN", friction(most) / limit) } else { String::new() };
-        summary.value("largest friction", format!("{:.6e} N{part}, at {}", friction(most), at(most)));
+        let which = if contact.further.is_empty() { String::new() } else { format!(", contact {}", number + 1) };
+        let name = format!("largest friction{which}");
+        summary.value(&name, format!("{:.6e} N{part}, at {}", friction(most), said(most.value)));
     }
     if good.iter().any(|p| p.least_stable.is_some()) {
         let growing: Vec<&&CreepCurvePoint> = good.iter().filter(|p| p.least_stable.is_some_and(|l| l.1)).collect();

@@ -10,13 +10,13 @@ use crate::stability::{grows, listed_pairs, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
 
-/// The ellipse of the contact under `pressure` (Pa, `[n]`) on half-spaces of the bodies' materials, with the
-/// coefficient of friction at the rigid creep of the centre. None where there is no ellipse in the range of the table
-/// of Kalker's coefficients.
+/// The ellipse of the contact `number` of the interface under `pressure` (Pa, `[n]`) on half-spaces of the bodies'
+/// materials, with the coefficient of friction at the rigid creep of the centre. None where there is no ellipse in the
+/// range of the table of Kalker's coefficients.
 pub(super) fn ellipse(
     job: &Job,
     contact: &job::Contact,
-    s: &Interface,
+    (s, number): (&Interface, usize),
     pressure: &[f64],
 ) -> Result<Option<EllipticContact>> {
     let mut materials = [(0.0, 0.0); 2];
@@ -24,7 +24,7 @@ pub(super) fn ellipse(
         let material = body.elastic()?;
         *m = (material.young, material.poisson);
     }
-    let nodes = (0..s.len()).map(|i| (s.point(i), pressure[i] * s.weight[i]));
+    let nodes = s.patches[number].nodes().map(|i| (s.point(i), pressure[i] * s.weight[i]));
     let c = creepage(contact);
     let friction = contact.friction.coefficient(contact.speed * c.longitudinal.hypot(c.lateral));
     Ok(EllipticContact::of_pressure(nodes, friction, materials))
@@ -38,7 +38,7 @@ pub(super) fn wanted(examined: &StabilityProblem, found: &StabilityResult) -> Re
         return Ok(None);
     };
     interface.single("analyses.stability.contact \"point\"")?;
-    let ellipse = ellipse(job, contact, interface, &state.pressure)?.ok_or_else(|| {
+    let ellipse = ellipse(job, contact, (interface, 0), &state.pressure)?.ok_or_else(|| {
         Error::Job(
             "analyses.stability.contact: found \"point\", but the pressure is not that of an ellipse whose \
              half-axes Kalker's table has \

@@ -82,6 +82,9 @@ fn with_files(job: &Job, mut report: PreflightReport) -> Result<PreflightReport>
 /// Lines and warnings about the bodies and their contact.
 fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
     let mut report = PreflightReport::default();
+    if let (Some(transient), Some(contact)) = (&job.analyses.transient, &job.contact) {
+        super::transient_problem::histories(transient, contact)?;
+    }
     if job.by_matrices() {
         // They are read whole: whether they fit each other and the contacts is not to be seen in their heads.
         let read = |(name, body)| matrices_of(name, body).map(drop);

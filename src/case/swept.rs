@@ -120,6 +120,12 @@ fn drawn(file: &SectionFile, offset: f64) -> Result<DrawnSection> {
             drawn.with_layers(layers(file, &drawing)?).map_err(|e| e.context(format!("section.file.layers, {name}")))?
         }
     };
+    let drawn = match file.middle {
+        Some(middle) => {
+            drawn.with_mirror_image(middle).map_err(|e| e.context(format!("section.file.middle, {name}")))?
+        }
+        None => drawn,
+    };
     match drawn.running(offset) {
         Some([radius, _]) if (radius - file.radius).abs() > RADIUS * file.radius => Err(Error::Job(format!(
             "section.file.radius: found {} m, but the running line of {name} has the radius {radius:.6} m at y \

@@ -6,7 +6,7 @@ use crate::contact::consistent::{augmentation, ConsistentSteady};
 use crate::contact::full_sliding::SlidingProblem;
 use crate::contact::law::Augmentation;
 use crate::contact::points::{bear_load, linearised, reactions};
-use crate::contact::{Loads, NormalLoad, SteadyProblem};
+use crate::contact::{Loads, NormalLoad, PatchKinematics, SteadyProblem};
 use crate::grid::{ContactPatch, Interface};
 use crate::job::{self, Direction, HeldQuantity, Job, Quadrature, StabilityState, StartState, TransientSolver};
 use crate::model::CoupledModel;
@@ -143,42 +143,11 @@ impl InitialEquilibrium {
     }
 }
 
-/// Reactions, coefficients of friction and rigid motions of the state of rest. Histories are of one contact.
+/// Reactions, coefficients of friction and rigid motions of the state of rest.
 fn at_rest(rolling: &TransientProblem<'_>) -> Result<(Vec<f64>, Vec<f64>, Vec<f64>)> {
     let TransientProblem { job, wanted, contact, model } = *rolling;
     let (interface, pair) = model;
-    let histories = wanted.histories.clone().unwrap_or_default();
-    // A history says what holds at the start too.
-    let at_start = |table: &Option<Vec<[f64; 2]>>, key: &str| -> Result<Option<f64>> {
-        let Some(points) = table else { return Ok(None) };
-        Ok(Some(History::table(&format!("analyses.transient.histories.{key}"), points, wanted.duration)?.value(0.0)))
-    };
-    let mut kinematics = kinematics(contact);
-    let creepage = &mut kinematics[0].creepage;
-    for (value, given, key) in [
-        (&mut creepage.longitudinal, &histories.longitudinal, "longitudinal"),
-        (&mut creepage.lateral, &histories.lateral, "lateral"),
-        (&mut creepage.spin, &histories.spin, "spin"),
-    ] {
-        if let Some(v) = at_start(given, key)? {
-            *value = v;
-        }
-    }
-    let mut loads = loads(contact);
-    if let Some(n) = at_start(&histories.normal_load, "normal_load")? {
-        if n == 0.0 {
-            return Err(Error::Job(
-                "analyses.transient.histories.normal_load: begins with 0 N, but the run begins with rolling \
-                 under load; let it \
-                 begin with a load above 0 (a small one, such as 1 N, will do)"
-                    .into(),
-            ));
-        }
-        loads = Loads::from(NormalLoad::Force(n));
-    }
-    if let Some(d) = at_start(&histories.approach, "approach")? {
-        loads = Loads::from(NormalLoad::Approach(d));
-    }
+    let Prescribed { kinematics, loads } = at_start(wanted, contact)?;
     let analyses = &job.analyses;
     let (pressure, traction, motions, friction) = match start_state(job, wanted) {
         StartState::Sliding => {
@@ -228,28 +197,83 @@ fn at_points(rolling: &TransientProblem<'_>) -> Result<Option<PointModel>> {
     Ok(Some(PointModel::under_load(pair, s, (reaction, found.friction), found.motions[0], span)))
 }
 
+/// Rolling of each contact and the loads.
+struct Prescribed {
+    kinematics: Vec<PatchKinematics>,
+    loads: Loads,
+}
+
+/// Rolling and loads at the start, where histories say what holds then too.
+fn at_start(wanted: &job::Transient, contact: &job::Contact) -> Result<Prescribed> {
+    let histories = histories(wanted, contact)?;
+    let mut start = Prescribed { kinematics: kinematics(contact), loads: loads(contact) };
+    let value = |path: &str, key: &str, table: &Option<Vec<[f64; 2]>>| -> Result<Option<f64>> {
+        let Some(points) = table else { return Ok(None) };
+        Ok(Some(History::table(&format!("{path}.{key}"), points, wanted.duration)?.value(0.0)))
+    };
+    let force = |path: &str, key: &str, table: &Option<Vec<[f64; 2]>>| match value(path, key, table)? {
+        Some(0.0) => Err(Error::Job(format!(
+            "{path}.{key}: begins with 0 N, but the run begins with rolling under load; let it begin with a load \
+             above 0 (a small one, such as 1 N, will do)"
+        ))),
+        found => Ok(found.map(NormalLoad::Force)),
+    };
+    for (number, (path, own)) in histories.all().iter().enumerate() {
+        let creepage = &mut start.kinematics[number].creepage;
+        for (creep, table, key) in [
+            (&mut creepage.longitudinal, &own.longitudinal, "longitudinal"),
+            (&mut creepage.lateral, &own.lateral, "lateral"),
+            (&mut creepage.spin, &own.spin, "spin"),
+        ] {
+            *creep = value(path, key, table)?.unwrap_or(*creep);
+        }
+        let approach = value(path, "approach", &own.approach)?.map(NormalLoad::Approach);
+        if let Some(load) = force(path, "normal_load", &own.normal_load)?.or(approach) {
+            start.loads.motions[number].load = load;
+        }
+    }
+    if let Some(load) = force("analyses.transient.histories", "vertical_load", &histories.vertical_load)? {
+        start.loads.motions[0].load = load;
+    }
+    Ok(start)
+}
+
+/// The histories of the job; an error where they are of more contacts than there are.
+pub(crate) fn histories(wanted: &job::Transient, contact: &job::Contact) -> Result<job::Histories> {
+    let histories = wanted.histories.clone().unwrap_or_default();
+    let (found, there) = (histories.further.len(), contact.all().count() - 1);
+    if found > there {
+        return Err(Error::Job(format!(
+            "analyses.transient.histories.further: found tables of {found} further contacts, expected at most {there}: \
+             the job has {} contacts",
+            there + 1
+        )));
+    }
+    Ok(histories)
+}
+
 /// Prescribed quantities in time, of rigid motions that begin with `motions`, m. `deflected` are the derivatives along
-/// x of a deflection of each contact that is part of the placement: its material passes too. Histories are of one
-/// contact.
+/// x of a deflection of each contact that is part of the placement: its material passes too.
 pub(crate) fn drive(
     wanted: &job::Transient,
     contact: &job::Contact,
     motions: &[f64],
     deflected: &[[f64; 2]],
 ) -> Result<Loading> {
-    let histories = wanted.histories.clone().unwrap_or_default();
-    let history = |key: &str, table: &Option<Vec<[f64; 2]>>, constant: f64, factor: f64| -> Result<History> {
+    let histories = histories(wanted, contact)?;
+    let history = |key: String, table: &Option<Vec<[f64; 2]>>, constant: f64, factor: f64| -> Result<History> {
         let Some(points) = table else { return Ok(History::constant(constant * factor)) };
         let points: Vec<[f64; 2]> = points.iter().map(|p| [p[0], p[1] * factor]).collect();
-        History::table(&format!("analyses.transient.histories.{key}"), &points, wanted.duration)
+        History::table(&key, &points, wanted.duration)
     };
     let of_contact = |(number, one): (usize, &job::Contact)| -> Result<PatchDrive> {
         let (v, c) = (one.speed, creepage(one));
+        let (path, own) = histories.of_contact(number);
         let deflected = deflected.get(number).copied().unwrap_or_default();
-        let longitudinal = history("longitudinal", &histories.longitudinal, c.longitudinal, v)?;
-        let lateral = history("lateral", &histories.lateral, c.lateral, v)?;
+        let longitudinal = history(format!("{path}.longitudinal"), &own.longitudinal, c.longitudinal, v)?;
+        let lateral = history(format!("{path}.lateral"), &own.lateral, c.lateral, v)?;
         let tangential = [longitudinal.plus(-v * deflected[0]), lateral.plus(-v * deflected[1])].map(Tangential::Creep);
-        let spin = history("spin", &histories.spin, c.spin, v)?;
+        let spin = history(format!("{path}.spin"), &own.spin, c.spin, v)?;
         Ok(PatchDrive { tangential, spin, speed: v })
     };
     let patches = contact.all().enumerate().map(of_contact).collect::<Result<Vec<_>>>()?;
@@ -259,10 +283,18 @@ pub(crate) fn drive(
     if wanted.hold == HeldQuantity::Approach || !forces {
         loading = loading.held_at(motions);
     }
-    if histories.normal_load.is_some() {
-        loading.motions[0].normal = Normal::Force(history("normal_load", &histories.normal_load, 0.0, 1.0)?);
-    } else if histories.approach.is_some() {
-        loading.motions[0].normal = Normal::Approach(history("approach", &histories.approach, 0.0, 1.0)?);
+    for (number, (path, own)) in histories.all().iter().enumerate() {
+        if own.normal_load.is_some() {
+            let load = history(format!("{path}.normal_load"), &own.normal_load, 0.0, 1.0)?;
+            loading.motions[number].normal = Normal::Force(load);
+        } else if own.approach.is_some() {
+            let approach = history(format!("{path}.approach"), &own.approach, 0.0, 1.0)?;
+            loading.motions[number].normal = Normal::Approach(approach);
+        }
+    }
+    if histories.vertical_load.is_some() {
+        let key = "analyses.transient.histories.vertical_load";
+        loading.motions[0].normal = Normal::Force(history(key.into(), &histories.vertical_load, 0.0, 1.0)?);
     }
     Ok(loading)
 }

@@ -339,6 +339,8 @@ pub enum ExportFormat {
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum SectionKind {
     Wheel,
+    /// One half of it, up to the middle of its axle
+    Wheelset,
     Rail,
 }
 
@@ -377,6 +379,9 @@ pub enum Example {
     DrawnWheel,
     /// A wheel on a rail of your own drawing; with the drawing (CSV) and the section that was made of it
     DrawnRail,
+    /// A wheelset of your own drawing with both wheels on their rails; with the drawing (CSV) and the section that was
+    /// made of it
+    DrawnWheelset,
     /// A wheel on a dry rail, on a wet one, and on one with a friction modifier
     FrictionModifier,
     /// A twin-disc rig, from small to large angles of attack

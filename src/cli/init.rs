@@ -49,6 +49,20 @@ const RAIL: [Companion; 2] = [
     Companion { name: "rail-outline.csv", named: None, content: include_bytes!("../../meshes/rail-outline.csv") },
 ];
 
+/// Section and drawing of the example with a drawn wheelset.
+const WHEELSET: [Companion; 2] = [
+    Companion {
+        name: "wheelset-section.msh",
+        named: Some("../meshes/wheelset-section.msh"),
+        content: include_bytes!("../../meshes/wheelset-section.msh"),
+    },
+    Companion {
+        name: "wheelset-outline.csv",
+        named: None,
+        content: include_bytes!("../../meshes/wheelset-outline.csv"),
+    },
+];
+
 /// The job of an example, and what lies beside it.
 fn files(example: Example) -> (&'static str, &'static [Companion]) {
     match example {
@@ -60,6 +74,7 @@ fn files(example: Example) -> (&'static str, &'static [Companion]) {
         Example::Bogie => (include_str!("../../jobs/curve-of-150-m.json"), &[]),
         Example::DrawnWheel => (include_str!("../../jobs/drawn-wheel.json"), &WHEEL),
         Example::DrawnRail => (include_str!("../../jobs/drawn-rail.json"), &RAIL),
+        Example::DrawnWheelset => (include_str!("../../jobs/drawn-wheelset.json"), &WHEELSET),
         Example::FrictionModifier => (include_str!("../../jobs/friction-modifier.json"), &[]),
         Example::TwinDisc => (include_str!("../../jobs/twin-disc.json"), &[]),
         Example::WheelOnRailContact => (include_str!("../../jobs/wheel-on-rail-contact.json"), &[]),
@@ -71,6 +86,9 @@ fn from_drawing(example: Example) -> Option<&'static str> {
     match example {
         Example::DrawnWheel => Some("railsqueal section wheel-outline.dxf --kind wheel --output wheel.msh"),
         Example::DrawnRail => Some("railsqueal section rail-outline.csv --kind rail --output rail.msh"),
+        Example::DrawnWheelset => {
+            Some("railsqueal section wheelset-outline.csv --kind wheelset --size 0.012 --output wheelset.msh")
+        }
         _ => None,
     }
 }

@@ -95,25 +95,28 @@ fn geometry(placement: Option<&Placement>) -> Option<Placement> {
 /// The keys in which two resolved jobs of a transient differ in what matters up to the time `until`, s: all but what
 /// is written, the duration, and the histories after that time.
 pub(crate) fn run_differences(a: &Value, b: &Value, until: f64) -> Vec<String> {
-    let histories = |job: &Value| job.pointer("/analyses/transient/histories").cloned().unwrap_or_default();
+    let path = "analyses.transient.histories";
+    let further = |job: &Value| job.pointer("/analyses/transient/histories/further")?.as_array().map(Vec::len);
     let mut keys = Vec::new();
-    for (key, creepage) in [
-        ("normal_load", None),
-        ("approach", None),
-        ("longitudinal", Some(())),
-        ("lateral", Some(())),
-        ("spin", Some(())),
-    ] {
-        let of = |job: &Value| {
-            let constant = creepage.and_then(|()| job.pointer(&format!("/contact/creepage/{key}"))?.as_f64());
-            table(&histories(job)[key]).or(constant.map(|c| vec![[0.0, c]]))
+    for number in 0..=further(a).max(further(b)).unwrap_or(0) {
+        // The creepages of the first contact that are no histories.
+        let (path, constants) = match number {
+            0 => (path.to_owned(), Some("/contact/creepage")),
+            k => (format!("{path}.further.{}", k - 1), None),
         };
-        let same = match (of(a), of(b)) {
-            (Some(x), Some(y)) => same_until(&x, &y, until),
-            (x, y) => x == y,
-        };
-        if !same {
-            keys.push(format!("analyses.transient.histories.{key}"));
+        for key in ["normal_load", "approach", "longitudinal", "lateral", "spin", "vertical_load"] {
+            let of = |job: &Value| {
+                let own = format!("/{}/{key}", path.replace('.', "/"));
+                let constant = constants.and_then(|at| job.pointer(&format!("{at}/{key}"))?.as_f64());
+                job.pointer(&own).and_then(table).or(constant.map(|c| vec![[0.0, c]]))
+            };
+            let same = match (of(a), of(b)) {
+                (Some(x), Some(y)) => same_until(&x, &y, until),
+                (x, y) => x == y,
+            };
+            if !same {
+                keys.push(format!("{path}.{key}"));
+            }
         }
     }
     let [a, b] = [a, b].map(|job| {

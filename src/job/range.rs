@@ -26,7 +26,7 @@ pub fn range(job: &Job) -> Result<Vec<String>> {
         named.extend(contact.further.iter().enumerate().map(|(i, one)| (format!("contact.around.{i}"), one)));
     }
     named.iter().try_for_each(|(key, one)| small_strain(job, (key, one)))?;
-    let mut all: Vec<Small> = named.iter().map(|(key, one)| slip(job, (key, one))).collect();
+    let mut all: Vec<Small> = named.iter().enumerate().map(|(k, (key, one))| slip(job, (key, one), k)).collect();
     all.extend(mach(job, contact)?);
     if let Some(transient) = &job.analyses.transient {
         all.extend(motion(job, contact, transient));
@@ -48,13 +48,16 @@ fn largest(table: &Option<Vec<[f64; 2]>>) -> f64 {
 
 /// The largest rigid slip over the rolling speed. The surfaces of the bodies move at V(1 ± s/2), the convective terms
 /// of both take V.
-fn slip(job: &Job, (key, contact): (&str, &Contact)) -> Small {
+fn slip(job: &Job, (key, contact): (&str, &Contact), number: usize) -> Small {
     let c = contact.creepage;
     let histories = job.analyses.transient.as_ref().and_then(|t| t.histories.clone()).unwrap_or_default();
+    let (path, histories) = histories.of_contact(number);
     let curve = job.analyses.creep_curve.as_ref();
     let farthest = |key: CreepageKey| {
         let values = curve.filter(|curve| curve.key == key).and_then(|curve| curve.numbers().ok()).unwrap_or_default();
-        values.into_iter().fold(0.0, |m: f64, v| m.max(v.abs()))
+        // The values are those of the first contact.
+        let change = job.contact.as_ref().map_or(0.0, |first| c.component(key) - first.creepage.component(key));
+        values.into_iter().fold(0.0, |m: f64, v| m.max((v + change).abs()))
     };
     let along = c.longitudinal.abs().max(largest(&histories.longitudinal)).max(farthest(CreepageKey::Longitudinal));
     let across = c.lateral.abs().max(largest(&histories.lateral)).max(farthest(CreepageKey::Lateral));
@@ -67,7 +70,7 @@ fn slip(job: &Job, (key, contact): (&str, &Contact)) -> Small {
     }
     let moved = [&histories.longitudinal, &histories.lateral, &histories.spin].map(largest);
     if let Some(value) = moved.into_iter().filter(|v| *v > 0.0).reduce(f64::max) {
-        found += &format!(", analyses.transient.histories up to {value}");
+        found += &format!(", {path} up to {value}");
     }
     Small {
         found,

@@ -174,7 +174,8 @@ pub struct RandomStart {
     pub energy: f64,
 }
 
-/// Tables of [time in s, value], straight between the points; they must cover the whole run.
+/// Tables of [time in s, value], straight between the points; they must cover the whole run. Those of loads and
+/// creepages are of the first contact.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Histories {
@@ -193,6 +194,59 @@ pub struct Histories {
     /// The spin creepage over time, 1/m.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spin: Option<Vec<[f64; 2]>>,
+    /// The vertical load over time, N, that all contacts of a wheel carry together (`contact.vertical_load`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vertical_load: Option<Vec<[f64; 2]>>,
+    /// Tables of the further contacts in their order, one entry each; an empty one keeps its contact constant.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub further: Vec<ContactHistories>,
+}
+
+/// Tables of [time in s, value] of one contact.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ContactHistories {
+    /// The normal load over time, N.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_load: Option<Vec<[f64; 2]>>,
+    /// The approach over time, m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub approach: Option<Vec<[f64; 2]>>,
+    /// The longitudinal creepage over time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub longitudinal: Option<Vec<[f64; 2]>>,
+    /// The lateral creepage over time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lateral: Option<Vec<[f64; 2]>>,
+    /// The spin creepage over time, 1/m.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spin: Option<Vec<[f64; 2]>>,
+}
+
+impl Histories {
+    /// Tables of the contact `number`, counted from 0, and the key under which the job has them.
+    pub fn of_contact(&self, number: usize) -> (String, ContactHistories) {
+        let path = "analyses.transient.histories";
+        match number.checked_sub(1) {
+            None => {
+                let Self { normal_load, approach, longitudinal, lateral, spin, .. } = self.clone();
+                (path.into(), ContactHistories { normal_load, approach, longitudinal, lateral, spin })
+            }
+            Some(k) => (format!("{path}.further.{k}"), self.further.get(k).cloned().unwrap_or_default()),
+        }
+    }
+
+    /// Tables of all contacts that have some, with their keys.
+    pub fn all(&self) -> Vec<(String, ContactHistories)> {
+        (0..=self.further.len()).map(|number| self.of_contact(number)).collect()
+    }
+}
+
+impl ContactHistories {
+    /// Returns whether the load or the approach is given over time.
+    pub fn presses(&self) -> bool {
+        self.normal_load.is_some() || self.approach.is_some()
+    }
 }
 
 /// A point of a body.

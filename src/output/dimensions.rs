@@ -41,6 +41,7 @@ const RULES: &[(&str, &[&str])] = &[
     ("/stability/sensitivity/*", &["eigenvalue", "mode"]),
     ("/stability/*", &["eigenvalue"]),
     ("/creep_curve/*", &["point", "direction"]),
+    ("/creep_curve_*/*", &["point", "direction"]),
     ("/receptance/share", &["node"]),
     ("/receptance/*", &["frequency", "direction", "force_direction"]),
     ("/track_decay/response/*", &["frequency", "position"]),

@@ -219,9 +219,16 @@ impl SectionSource {
                 }
             }
             SectionSource::DrawnSection { drawn, mirrored, .. } => {
-                let there =
-                    SectionSource::DrawnSection { drawn: Rc::clone(drawn), offset: place.y, mirrored: *mirrored };
-                there.contact().shifted(beyond)
+                let there = |mirrored| {
+                    SectionSource::DrawnSection { drawn: Rc::clone(drawn), offset: place.y, mirrored }.contact()
+                };
+                match drawn.middle() {
+                    Some(middle) if place.opposite => {
+                        let across = 2.0 * middle - place.y - offset;
+                        there(!mirrored).shifted(if *mirrored { -across } else { across })
+                    }
+                    _ => there(*mirrored).shifted(beyond),
+                }
             }
         }
     }
@@ -300,13 +307,17 @@ impl SectionSource {
 
     /// y of the middle of a wheelset in the frame of the section, m; none of another body.
     pub fn middle(&self) -> Option<f64> {
-        let SectionSource::Wheel(wheel) = self else { return None };
-        let beyond = wheel.shape.axle?.middle - wheel.offset;
-        Some(if wheel.mirrored { -beyond } else { beyond })
+        let middle = match self {
+            SectionSource::Cylinder(_) => None,
+            SectionSource::Wheel(wheel) => wheel.shape.axle.map(|axle| axle.middle),
+            SectionSource::DrawnSection { drawn, .. } => drawn.middle(),
+        };
+        let (offset, mirrored) = self.frame();
+        middle.map(|y| if mirrored { offset - y } else { y - offset })
     }
 
-    /// The bearings of a `suspension` on the surface of `section`: their y, counted from the middle of a built-in
-    /// wheelset to the right and in a drawing as it counts, becomes a place in the frame of the section.
+    /// The bearings of a `suspension` on the surface of `section`: their y, counted from the middle of a wheelset to
+    /// the right and in a drawing of a whole axle as it counts, becomes a place in the frame of the section.
     pub fn bearings(&self, section: &CrossSection, suspension: &[Bearing]) -> Result<Vec<Bearing>> {
         let (offset, mirrored) = self.frame();
         let of = |bearing: &Bearing| {

@@ -1,6 +1,7 @@
 //! Sections that are drawn: a plane mesh of triangles and quadrilaterals with a running line.
 
 use super::refine::refined;
+use super::wheelset;
 use super::{Beam, CrossSection, Focus, HeadPoint, Path, SectionCell, SectionElement, SectionLayer};
 use crate::fem::ElasticMaterial;
 use crate::{Error, Result};
@@ -11,6 +12,10 @@ use std::collections::{BTreeMap, BTreeSet};
 #[derive(Debug, Clone, PartialEq)]
 pub struct DrawnSection {
     section: CrossSection,
+    /// Edges of the running line of the drawing; that of a mirror image comes behind them.
+    own: usize,
+    /// y of the plane about which a wheelset is the mirror image of its half that was drawn, m.
+    middle: Option<f64>,
 }
 
 /// Nodes nearer than this part of the size of the section are one place.
@@ -74,7 +79,37 @@ impl DrawnSection {
                 if there.is_empty() { "none".into() } else { there.join(", ") }
             )));
         }
-        Ok(Self { section })
+        let own = section.tread.len();
+        Ok(Self { section, own, middle: None })
+    }
+
+    /// A wheelset of which the drawing is the half up to the plane y = `middle`, m: with its mirror image beyond it. An
+    /// error says where the half does not end there.
+    pub fn with_mirror_image(self, middle: f64) -> Result<Self> {
+        let [_, [_, last]] = self.section.extent();
+        if (last - middle).abs() > wheelset::SAME {
+            return Err(Error::Job(format!(
+                "found {middle} m, but the drawing ends at x = {last:.6} m towards its flange; expected one half of a \
+                 wheelset, drawn up to the middle of its axle and no farther"
+            )));
+        }
+        let near = self.section;
+        let running = near.tread.last().is_some_and(|edge| near.nodes[edge[1]][1] >= middle - wheelset::SAME);
+        let on = |k: &usize| (near.nodes[*k][1] - middle).abs() <= wheelset::SAME;
+        let meets = |e: &SectionElement| e.kind.edges().iter().any(|edge| edge.iter().all(|&k| on(&e.nodes[k])));
+        if running || !near.elements.iter().any(meets) {
+            let what = if running { "the running line ends there" } else { "only a corner of it is there" };
+            return Err(Error::Job(format!(
+                "found {middle} m, where the axle of a wheelset is cut through; of the drawing {what}"
+            )));
+        }
+        let far = wheelset::mirrored_about(near.clone(), middle);
+        Ok(Self { section: wheelset::joined(near, far, middle), middle: Some(middle), ..self })
+    }
+
+    /// y of the middle of a wheelset, m.
+    pub(super) fn middle(&self) -> Option<f64> {
+        self.middle
     }
 
     /// The same with layers of other materials, each with the places of its faces among those of the drawing. An error
@@ -122,7 +157,7 @@ impl DrawnSection {
 
     /// Seen from the other side.
     pub fn mirrored(self) -> Self {
-        Self { section: self.section.mirrored() }
+        Self { section: self.section.mirrored(), ..self }
     }
 
     /// Names of the curves beside the running line.
@@ -130,9 +165,10 @@ impl DrawnSection {
         self.section.groups.keys().map(String::as_str)
     }
 
-    /// First and last y of the running line, m.
+    /// First and last y of the running line as drawn, m.
     pub fn reach(&self) -> [f64; 2] {
-        let ends = [self.section.tread.first().map(|e| e[0]), self.section.tread.last().map(|e| e[1])];
+        let line = &self.section.tread[..self.own];
+        let ends = [line.first().map(|e| e[0]), line.last().map(|e| e[1])];
         ends.map(|k| k.map_or(0.0, |k| self.section.nodes[k][1]))
     }
 

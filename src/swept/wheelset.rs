@@ -57,7 +57,7 @@ pub const JOURNALS: &str = "journals";
 /// Edge length of the axle, m: waves of its bending are longer than 0.3 m up to 6 kHz.
 const LARGEST: f64 = 0.04;
 /// Nodes nearer than this are one, m.
-const SAME: f64 = 1e-7;
+pub(super) const SAME: f64 = 1e-7;
 
 impl WheelShape {
     /// The benchmark wheelset: two wheels W920S with their flanges to the inside.
@@ -89,7 +89,7 @@ pub(super) fn made((shape, axle): (&WheelShape, &SolidAxle), offset: f64, at: [F
 }
 
 /// The section on the other side of y = `middle`, m.
-fn mirrored_about(mut section: CrossSection, middle: f64) -> CrossSection {
+pub(super) fn mirrored_about(mut section: CrossSection, middle: f64) -> CrossSection {
     section.nodes.iter_mut().for_each(|x| x[1] = 2.0 * middle - x[1]);
     section.elements.iter_mut().for_each(SectionElement::turn);
     section.tread = section.tread.iter().rev().map(|&[first, last, middle]| [last, first, middle]).collect();
@@ -97,7 +97,7 @@ fn mirrored_about(mut section: CrossSection, middle: f64) -> CrossSection {
 }
 
 /// Two halves with the same nodes on y = `middle`, m.
-fn joined(mut near: CrossSection, far: CrossSection, middle: f64) -> CrossSection {
+pub(super) fn joined(mut near: CrossSection, far: CrossSection, middle: f64) -> CrossSection {
     let on = |x: &[f64; 2]| (x[1] - middle).abs() < SAME;
     let shared: Vec<usize> = (0..near.nodes.len()).filter(|&k| on(&near.nodes[k])).collect();
     let mut number = Vec::new();

@@ -13,7 +13,12 @@ fn read<T: hdf5::H5Type>(folder: &Folder, file: &str, name: &str) -> Vec<T> {
 
 /// The wheelset a little aside of the middle of straight track, braked, with either wheel on its tread and few modes.
 fn on_straight_track(analyses: Value) -> Value {
-    let mut job = job("wheelset-both-wheels.json");
+    aside_of_the_middle("wheelset-both-wheels.json", analyses)
+}
+
+/// The same of the wheelset of a job.
+fn aside_of_the_middle(name: &str, analyses: Value) -> Value {
+    let mut job = job(name);
     (job["curve"], job["vehicle"]) = (Value::Null, Value::Null);
     let contact = &mut job["contact"];
     contact["from"] = Value::Null;
@@ -26,6 +31,29 @@ fn on_straight_track(analyses: Value) -> Value {
     job["analyses"]["modes"] = json!({ "max_frequency": 400 });
     job["output"] = json!({ "fields": false });
     job
+}
+
+/// A wheelset of which one half is drawn has a contact at either wheel and modes of the kinds of the built-in one; a
+/// drawing that ends elsewhere is refused.
+#[test]
+fn a_drawn_half_is_a_wheelset_on_both_rails() {
+    let mut job = aside_of_the_middle("drawn-wheelset.json", json!({ "steady": {}, "stability": {} }));
+    let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/wheelset-section.msh");
+    job["bodies"]["upper"]["mesh"]["revolved"]["section"]["file"]["path"] = json!(mesh);
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &[]);
+    assert!(ran.good().out.contains("mass 1.033909e3 kg"), "{}", ran.out);
+    let family = read::<hdf5::types::VarLenUnicode>(&folder, "job.h5", "modes/upper/family");
+    for kind in ["symmetric axial", "antisymmetric axial", "antisymmetric torsion", "symmetric bending"] {
+        assert!(family.iter().any(|name| name.starts_with(kind)), "{kind}: {family:?}");
+    }
+    let forces = ["contact/force", "contact_2/force"].map(|name| read::<f64>(&folder, "job.h5", name));
+    assert!(forces.iter().all(|f| (f[2] + 20e3).abs() < 1e-3 && f[0] < -7e3), "{forces:?}");
+    assert!(read::<Complex64>(&folder, "job.h5", "stability/eigenvalue").len() > 10);
+    job["bodies"]["upper"]["mesh"]["revolved"]["section"]["file"]["middle"] = json!(0.752);
+    let parts =
+        ["section.file.middle", "found 0.752 m, but the drawing ends at x = 0.750000 m", "one half of a wheelset"];
+    Folder::with(job.to_string()).call(1, "check", &[]).failed(2, &parts);
 }
 
 /// Derivatives of the eigenvalues are differences between points of a sweep: by the friction of both contacts, by their

@@ -179,14 +179,16 @@ fn mistakes_about_places_are_told() {
     told(
         &|job| {
             job["contact"]["placement"]["touch_near"] = json!(-0.03);
-            job["analyses"]["creep_curve"] = json!({ "key": "lateral", "values": [0, 0.01] });
+            job["contact"]["vertical_load"] = json!(60e3);
+            (job["contact"]["normal_load"], job["analyses"]["stability"]["contact"]) = (Value::Null, json!("point"));
             job["analyses"]["transient"] =
-                json!({ "duration": 1e-3, "histories": { "lateral": [[0, 0], [1e-3, 0.01]] } });
+                json!({ "duration": 1e-3, "histories": { "normal_load": [[0, 5e4], [1e-3, 6e4]] } });
         },
         &[
             "contact.placement.touch_near: names one place",
-            "analyses.creep_curve: takes one contact",
-            "analyses.transient.histories: has a meaning for one contact",
+            "analyses.stability.contact: takes one contact",
+            "analyses.transient.histories: normal_load or approach is given, but the contacts of the wheel share",
+            "expected analyses.transient.histories.vertical_load",
         ],
     );
     told(

@@ -31,6 +31,7 @@ fn jobs_to_begin_with_are_valid_and_replace_nothing() {
         "bogie",
         "drawn-wheel",
         "drawn-rail",
+        "drawn-wheelset",
         "friction-modifier",
         "twin-disc",
     ];

@@ -157,7 +157,95 @@ fn what_does_not_stand_around_one_is_refused() {
     placed["contact"]["around"] = json!([{ "angle": 1.0 }]);
     Folder::with(placed.to_string()).refused(1, &[], 2, &["contact.around: takes two bodies of revolution"]);
     let mut full = coarse(json!([{ "angle": 1.0 }]));
-    full["analyses"]["creep_curve"] = json!({ "key": "lateral", "values": [0.001, 0.01] });
-    let parts = ["analyses.creep_curve: takes one contact; expected a job without contact.around"];
+    full["analyses"]["stability"]["contact"] = json!("point");
+    let parts = ["analyses.stability.contact: takes one contact; expected a job without contact.around"];
     Folder::with(full.to_string()).refused(1, &[], 2, &parts);
+    let mut moved = coarse(json!([{ "angle": 1.0 }]));
+    for (histories, parts) in [
+        (json!({ "further": [{}, {}] }), ["histories.further: found tables of 2", "at most 1"]),
+        (json!({ "vertical_load": [[0, 1000], [1, 1000]] }), ["histories.vertical_load", "contact.vertical_load"]),
+    ] {
+        moved["analyses"]["transient"] = json!({ "duration": 1e-3, "step": 1e-5, "histories": histories });
+        Folder::with(moved.to_string()).refused(1, &[], 2, &parts);
+    }
+}
+
+/// A creep curve of a rig goes through the creepages of all its contacts: on a stiff roller each wheel has the forces
+/// and, of the two, the least stable eigenvalue that it has alone.
+#[test]
+fn a_creep_curve_of_a_rig_is_that_of_its_wheels() {
+    let mut job = coarse(json!([{ "angle": 2.0, "normal_load": 600, "creepage": { "lateral": 0.006 } }]));
+    job["bodies"]["lower"]["material"]["young"] = json!(210e14);
+    job["analyses"] = json!({
+        "modes": { "max_frequency": 2000 }, "stability": {},
+        "creep_curve": { "key": "lateral", "values": [0.001, 0.004, 0.01] }
+    });
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &[]);
+    assert!(ran.good().out.contains("largest friction, contact 2"), "{}", ran.out);
+    let eigenvalue = |folder: &Folder| read::<Complex64>(folder, "job.h5", "creep_curve/eigenvalue");
+    let both = eigenvalue(&folder);
+    let mut alone: Vec<Vec<Complex64>> = Vec::new();
+    for (number, load, change) in [("", 1000.0, 0.0), ("_2", 600.0, -0.004)] {
+        job["contact"]["around"] = json!([]);
+        job["contact"]["normal_load"] = json!(load);
+        job["analyses"]["creep_curve"]["values"] = json!([0.001 + change, 0.004 + change, 0.01 + change]);
+        let single = Folder::with(job.to_string());
+        single.call(1, "run", &[]).good();
+        for name in ["lateral", "force", "stick_share", "fastsim", "closed"] {
+            let numbers = |folder: &Folder, group: &str| -> Vec<f64> {
+                let file = hdf5::File::open(folder.path("job.h5")).expect("result file");
+                let data = file.dataset(&format!("{group}/{name}")).expect("a curve");
+                match name {
+                    "closed" => data.read_raw::<i64>().expect("counts").iter().map(|n| *n as f64).collect(),
+                    _ => data.read_raw().expect("numbers"),
+                }
+            };
+            let (found, wanted) = (numbers(&folder, &format!("creep_curve{number}")), numbers(&single, "creep_curve"));
+            let scale = wanted.iter().fold(0.0, |m: f64, v| m.max(v.abs()));
+            let off = found.iter().zip(&wanted).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+            assert!(found.len() == wanted.len() && off < 1e-6 * scale, "{name}{number}: {found:?} {wanted:?}");
+        }
+        alone.push(eigenvalue(&single));
+    }
+    for (k, value) in both.iter().enumerate() {
+        let worst = alone.iter().map(|of| of[k]).max_by(|a, b| a.re.total_cmp(&b.re)).expect("two wheels");
+        assert!((value - worst).norm() < 1e-6 * worst.norm(), "{value} and {worst}");
+    }
+}
+
+/// Loads and creepages of each contact may change in time: constant tables say the same as the keys, a load that grows
+/// is there at the end, and a run that is taken up may go on with other tables of later times alone.
+#[test]
+fn contacts_of_a_rig_have_histories_of_their_own() {
+    let mut job = coarse(json!([{ "angle": 2.0, "normal_load": 600, "creepage": { "lateral": 0.004 } }]));
+    job["analyses"] = json!({
+        "modes": { "max_frequency": 1500 },
+        "transient": { "duration": 4e-4, "step": 1e-5, "hold": "load", "segment": 10,
+                       "start": { "state": "steady", "random": { "seed": 1, "energy": 1e-6 } } }
+    });
+    let folder = Folder::with(job.to_string());
+    let model = folder.text("job.h5");
+    folder.call(1, "run", &[]).good();
+    let run = |name: &str, creepage: &str, histories: Value| {
+        let set = format!("analyses.transient.histories={histories}");
+        let output = folder.text(name);
+        folder.call(1, "run", &["--set", creepage, "--set", &set, "--reuse", &model, "--output", &output]).good();
+        ["transient/force", "transient_2/force"].map(|of| read::<f64>(&folder, name, of))
+    };
+    let keys = ["transient/force", "transient_2/force"].map(|of| read::<f64>(&folder, "job.h5", of));
+    let table = |value: f64| json!([[0, value], [1, value]]);
+    let other = r#"contact.around=[{"angle": 2.0, "normal_load": 300, "creepage": {"lateral": 0.001}}]"#;
+    let same = run(
+        "same.h5",
+        other,
+        json!({ "lateral": table(0.01), "further": [{ "lateral": table(0.004), "normal_load": table(600.0) }] }),
+    );
+    assert_eq!(keys, same);
+    let own = r#"contact.around=[{"angle": 2.0, "normal_load": 600, "creepage": {"lateral": 0.004}}]"#;
+    let growing = json!({ "further": [{ "normal_load": [[0, 600], [4e-4, 720]] }] });
+    let [first, second] = run("growing.h5", own, growing);
+    let (last, before) = (second.len() - 1, keys[0].len() - 1);
+    assert!((second[last] / -720.0 - 1.0).abs() < 1e-9 && (first[before] / -1000.0 - 1.0).abs() < 1e-9, "{second:?}");
+    assert!((second[2] / -603.0 - 1.0).abs() < 1e-9, "after a step of forty: {} N", second[2]);
 }

@@ -203,11 +203,11 @@ fn mistakes_about_both_wheels_are_told() {
             upper["mesh"] = json!({ "revolved": { "section": "W920S" } });
             (upper["suspension"], upper["fixed"]) = (Value::Null, json!(["inner"]));
         },
-        &["bodies.upper.mesh: contact.wheels = \"both\" takes the built-in wheelset"],
+        &["bodies.upper.mesh: contact.wheels = \"both\" takes a wheelset of two wheels with running lines"],
     );
     told(
         &|job| {
-            job["analyses"]["creep_curve"] = json!({ "key": "lateral", "values": [0, 0.01] });
+            job["analyses"]["stability"]["contact"] = json!("point");
             job["analyses"]["cycles"] =
                 json!({ "along": "contact.friction", "from": 0.1, "to": 0.5, "sound_power": {} });
             (job["curve"], job["vehicle"], job["contact"]["from"]) = (Value::Null, Value::Null, Value::Null);
@@ -216,7 +216,7 @@ fn mistakes_about_both_wheels_are_told() {
                 json!({ "side": "right", "radius": 0.46, "circles": 1.54, "touch_near": 0.0 });
         },
         &[
-            "creep_curve: takes one contact; expected contact.wheels = \"one\", or a job with modes",
+            "stability.contact: takes one contact; expected contact.wheels = \"one\", or a job with modes",
             "analyses.cycles: the wheelset turns about its axle without stiffness",
             "analyses.cycles.sound_power.bodies: the sound of a rail is that under one contact",
             "found running circles 1.54 m apart",

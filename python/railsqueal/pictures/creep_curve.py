@@ -77,6 +77,12 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
         axes[0].plot(x, force[:, component] / unit, color=color, label=f"{text} on body 1", marker=".", markersize=4)
     # Of the laws, the direction in which most happens; the linear theory leaves the picture.
     main = int(np.nanmax(np.abs(force[:, 1])) > np.nanmax(np.abs(force[:, 0])))
+    for number, group in enumerate(CreepCurve.further(result), 2):
+        other = result.array(f"{group}/force")[order]
+        color = LATERAL if main else LONGITUDINAL
+        text = f"F$_{'xy'[main]}$ of contact {number}"
+        axes[0].plot(x, other[:, main] / limit(result, other)[0], color=color, linestyle=(0, (4, 2)), label=text)
+        axes[1].plot(x, result.array(f"{group}/stick_share")[order], color=STICK, linestyle=(0, (4, 2)))
     for key_of_law, style, text in LAWS:
         if f"creep_curve/{key_of_law}" in result:
             law = (result.array(f"creep_curve/{key_of_law}")[order] / unit[:, None])[:, main]

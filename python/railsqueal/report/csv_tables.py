@@ -255,6 +255,9 @@ def force_rows(result: Result) -> list[Row]:
     if CreepCurve.present(result):
         curve = CreepCurve.from_result(result)
         rows += [("creep_curve", f"{curve.key} {c!r}", *f) for c, f in zip(curve.creepage.tolist(), curve.force)]
+        for number, group in enumerate(CreepCurve.further(result), 2):
+            own = zip(result.array(f"{group}/{curve.key}").tolist(), result.array(f"{group}/force"))
+            rows += [("creep_curve", f"contact {number}, {curve.key} {c!r}", *f) for c, f in own]
     if Sweep.present(result) and "sweep/force" in result:
         sweep = Sweep.from_result(result)
         names = [", ".join(f"{key} {sweep.values[key][k]}" for key in sweep.keys) for k in range(len(sweep.status))]

@@ -16,7 +16,7 @@ from .drawing import UNITS, Drawing
 from .edges import divide
 from .mesh import PlaneMesh, triangulate, write
 from .outline import Outline
-from .placing import Options, RunningLine, expect_groups, placed, remarks, unit_of
+from .placing import Options, RunningLine, expect_groups, middle_of, placed, remarks, unit_of
 from .properties import RailProperties, WheelProperties
 
 
@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of the command."""
     add = parser.add_argument
     add("file", type=Path, metavar="FILE", help="DXF drawing, or table of coordinates (CSV)")
-    add("--kind", choices=("wheel", "rail"), required=True, help="what the section is of")
+    add("--kind", choices=("wheel", "wheelset", "rail"), required=True, help="what the section is of")
     add("--unit", choices=tuple(UNITS), help="unit of the drawing (default: the one that the file names)")
     add("-o", "--output", type=Path, metavar="FILE.msh", help="mesh (default: beside FILE)")
     add("-f", "--force", action="store_true", help="replace an existing mesh")
@@ -121,8 +121,14 @@ def make(path: Path, options: Options) -> Section:
     edges = divide(outline.curves, lambda group: options.running_size if group == "running" else options.size)
     running = RunningLine(edges)
     mesh = triangulate(edges, options.size)
-    kind = WheelProperties if options.kind == "wheel" else RailProperties
-    properties = kind.of_outline(outline, options.density)
+    properties: WheelProperties | RailProperties
+    match options.kind:
+        case "rail":
+            properties = RailProperties.of_outline(outline, options.density)
+        case "wheelset":
+            properties = WheelProperties.of_half(outline, options.density, middle_of(outline, options))
+        case _:
+            properties = WheelProperties.of_outline(outline, options.density)
     (left, low), (right, high) = 1e3 * outline.box()
     source = f"--unit {unit}" if options.unit else f"unit {unit} by {drawing.unit_source}"
     groups = ", ".join(f"{name} {1e3 * length:.2f} mm" for name, length in outline.group_lengths().items())
@@ -150,15 +156,24 @@ def snippet(made: Section, options: Options, output: Path) -> str:
     swept: dict[str, Any] = {"section": {"file": file}}
     steel = {"young": 210e9, "poisson": 0.3, "density": options.density}
     if options.kind == "rail":
-        body = {"lower": {"mesh": {"extruded": swept}, "profile": "60E1", "material": steel}}
-        return json.dumps(body, indent=2)
+        rail = {"lower": {"mesh": {"extruded": swept}, "profile": "60E1", "material": steel}}
+        return json.dumps(rail, indent=2)
     contact = 0.0 if low <= 0 <= high else round(0.5 * (low + high), 6)
     file["radius"] = round(made.running.height(contact), 7)
     if contact:
         swept["contact_offset"] = contact
     groups = made.outline.group_lengths()
-    body = {"upper": {"mesh": {"revolved": swept}, "profile": "S1002", "material": steel}}
-    if "bore" in groups:
+    body: dict[str, Any] = {"upper": {"mesh": {"revolved": swept}, "profile": "S1002", "material": steel}}
+    if options.kind == "wheelset":
+        middle = middle_of(made.outline, options)
+        file["middle"] = round(middle, 7)
+        journal = [curve.chords() for curve in made.outline.curves if curve.group == "journal"]
+        if journal:
+            along = np.concatenate(journal)[:, 0]
+            apart = round(middle - 0.5 * float(along.min() + along.max()), 6)
+            springs: dict[str, Any] = {"longitudinal": 10e6, "lateral": 5e6, "vertical": 1.2e6}
+            body["upper"]["suspension"] = springs | {"journals": [-apart, apart]}
+    elif "bore" in groups:
         body["upper"]["fixed"] = ["bore"]
     return json.dumps(body, indent=2)
 

@@ -14,9 +14,9 @@ from .edges import Edge
 from .outline import Outline, place
 
 # Radius of a wheel and height of a rail, m, between which a drawing is believed.
-_SIZES = {"wheel": ("radius", 0.1, 1.0), "rail": ("height", 0.04, 0.4)}
+_SIZES = {"wheel": ("radius", 0.1, 1.0), "wheelset": ("radius", 0.1, 1.0), "rail": ("height", 0.04, 0.4)}
 # Groups by which the job names edges; layers of these names in other case are these.
-_KNOWN = ("running", "bore", "foot")
+_KNOWN = ("running", "bore", "journal", "foot")
 # Furthest that the middle of a rail's head may lie from x = 0 without a remark, m.
 _OFF_MIDDLE = 1e-3
 
@@ -25,7 +25,7 @@ _OFF_MIDDLE = 1e-3
 class Options:
     """How a drawing is read. Points are in the unit and the axes of the drawing."""
 
-    kind: str  # wheel or rail
+    kind: str  # wheel, wheelset (the half with the flange towards its middle) or rail
     unit: str | None = None
     axis: str = "x"  # the axis of the drawing along the axle or across the track
     mirror: bool = False
@@ -57,7 +57,7 @@ def unit_of(drawing: Drawing, path: Path, options: Options) -> str:
     what, least, most = _SIZES[options.kind]
     points = np.concatenate([curve.chords() for curve in drawing.curves])
     away = _axes(options)(points)[:, 1]
-    size = float(np.abs(away).max() if options.kind == "wheel" else np.ptp(away))
+    size = float(np.ptp(away) if options.kind == "rail" else np.abs(away).max())
     fitting = [name for name, length in UNITS.items() if least <= size * length <= most]
     fits = (
         f"the unit that fits is {' or '.join(fitting)}"
@@ -95,15 +95,18 @@ def placed(drawing: Drawing, unit: str, options: Options) -> tuple[list[Curve], 
     scale = UNITS[unit]
     frame = Affine(scale * frame.matrix, scale * frame.shift)
     remarks = []
-    if options.kind == "wheel":
+    if options.kind != "rail":
         points = frame(np.concatenate([curve.chords() for curve in curves]))
-        if points[:, 1].max() <= 0:
+        # The axle of a wheelset is solid, and its outline goes along y = 0.
+        reached = points[:, 1].min() < -options.tolerance if options.kind == "wheelset" else points[:, 1].min() <= 0
+        if points[:, 1].max() <= options.tolerance:
             frame = Affine(np.diag([1.0, -1.0]), np.zeros(2)).after(frame)
             remarks.append("the half below the axle was drawn: y has the other sign")
-        elif points[:, 1].min() <= 0:
+        elif reached:
             lowest = points[int(np.argmin(points[:, 1]))]
+            verb = "crosses" if options.kind == "wheelset" else "reaches"
             raise InputError(
-                f"the outline reaches the axle y = 0 at {place(lowest)}; expected one half of a wheel, above the axle "
+                f"the outline {verb} the axle y = 0 at {place(lowest)}; expected one half of a wheel, above the axle "
                 "(--origin X Y, "
                 "--axis and --ignore tell where it is and what belongs to it)"
             )
@@ -137,6 +140,18 @@ def _distance(curve: Curve, point: Floats) -> float:
     start, step = line[:-1], np.diff(line, axis=0)
     share = np.clip(((point - start) * step).sum(axis=1) / (step * step).sum(axis=1), 0.0, 1.0)
     return float(np.linalg.norm(start + share[:, None] * step - point, axis=1).min())
+
+
+def middle_of(outline: Outline, options: Options) -> float:
+    """x of the cut through the middle of a wheelset, m; `InputError` where its outline does not end in one."""
+    middle = float(outline.box()[1, 0])
+    cuts = [curve.chords() for curve in outline.curves]
+    if not any(np.abs(points[:, 0] - middle).max() <= options.tolerance for points in cuts):
+        raise InputError(
+            f"the outline ends at x = {1e3 * middle:.2f} mm in a corner; expected one half of a wheelset, up to a "
+            "straight cut through the middle of its axle, on the side of the flange (--mirror turns it)"
+        )
+    return middle
 
 
 def expect_groups(outline: Outline, options: Options) -> None:
@@ -199,7 +214,7 @@ def remarks(outline: Outline, running: RunningLine, options: Options) -> list[st
     """Doubts about axes and groups."""
     found = []
     low, high = running.reach
-    if options.kind == "wheel":
+    if options.kind != "rail":
         points = np.concatenate([curve.chords() for curve in outline.curves])
         top = points[int(np.argmax(points[:, 1]))]
         if top[0] < 0.5 * (low + high) and top[1] - running.height(0.5 * (low + high)) > 0.01:
@@ -211,8 +226,10 @@ def remarks(outline: Outline, running: RunningLine, options: Options) -> list[st
                 f"x = 0 is not on the running line ({1e3 * low:.1f} to {1e3 * high:.1f} mm); with contact.placement it "
                 "is to be the running circle: --origin X Y"
             )
-        if "bore" not in outline.group_lengths():
+        if options.kind == "wheel" and "bore" not in outline.group_lengths():
             found.append("no edge is in the group 'bore': the job needs another group to hold the wheel by")
+        if options.kind == "wheelset" and "journal" not in outline.group_lengths():
+            found.append("no edge is in the group 'journal': the job needs the places of the bearings (suspension)")
     elif abs(low + high) > 2 * _OFF_MIDDLE:
         found.append(
             f"the running line reaches from x = {1e3 * low:.2f} to {1e3 * high:.2f} mm; x = 0 is to be the middle of "

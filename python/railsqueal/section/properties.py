@@ -9,7 +9,7 @@ from .outline import Outline
 
 @dataclass(frozen=True)
 class WheelProperties:
-    """A wheel, the section turned about the axle y = 0."""
+    """A wheel or a wheelset, the section turned about the axle y = 0."""
 
     area: float  # m², of the section
     volume: float  # m³
@@ -27,6 +27,13 @@ class WheelProperties:
         along = 2 * math.pi * density * (outline.moment(2, 1) - centre**2 * first)
         volume = 2 * math.pi * first
         return cls(outline.moment(0, 0), volume, density * volume, centre, axial, 0.5 * axial + along)
+
+    @classmethod
+    def of_half(cls, outline: Outline, density: float, middle: float) -> Self:
+        """A wheelset of which the outline is one half, up to x = middle, m; the area is that of the half."""
+        half = cls.of_outline(outline, density)
+        diametral = half.diametral + half.mass * (half.centre - middle) ** 2
+        return cls(half.area, 2 * half.volume, 2 * half.mass, middle, 2 * half.axial, 2 * diametral)
 
     def lines(self, density: float) -> list[str]:
         """The properties in words."""

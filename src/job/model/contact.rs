@@ -220,6 +220,13 @@ impl Contact {
         self.further = self.around.iter().map(one).collect();
     }
 
+    /// The same with another value of one creepage; the creepages of further contacts change by as much.
+    pub fn with_creepage_at(&self, key: super::CreepageKey, value: f64) -> Self {
+        let change = value - self.creepage.component(key);
+        let further = self.further.iter().map(|one| one.with_creepage_at(key, one.creepage.component(key) + change));
+        Self { creepage: self.creepage.with(key, value), further: further.collect(), ..self.clone() }
+    }
+
     /// Takes off what [`Contact::stand_in`] and the equilibrium have filled in.
     pub(super) fn remove_derived(&mut self) {
         (self.normal_load, self.speed, self.placement) = (None, 0.0, None);
@@ -291,6 +298,15 @@ impl Creepage {
             super::CreepageKey::Longitudinal => Self { longitudinal: value, ..self },
             super::CreepageKey::Lateral => Self { lateral: value, ..self },
             super::CreepageKey::Spin => Self { spin: value, ..self },
+        }
+    }
+
+    /// One of the three.
+    pub fn component(self, key: super::CreepageKey) -> f64 {
+        match key {
+            super::CreepageKey::Longitudinal => self.longitudinal,
+            super::CreepageKey::Lateral => self.lateral,
+            super::CreepageKey::Spin => self.spin,
         }
     }
 }

@@ -56,6 +56,11 @@ pub struct SectionFile {
     /// `contact.placement` that of the running circle.
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub radius: f64,
+    /// Position of the middle of the axle along it, m, of a wheelset of which the drawing is the half with the flange
+    /// towards that middle: the other half is its mirror image. Without it the drawing is the whole section.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub middle: Option<f64>,
     /// Transversal radius of the running line at the contact point, m, for Hertz' estimates of the contact. Without
     /// it the line is straight there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -123,7 +128,7 @@ pub struct Suspension {
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N/m"))]
     pub vertical: f64,
     /// Places of the bearings along the axle, y, m: of W920S-wheelset from its middle to the right, where ±1 is the
-    /// default; of a file its x.
+    /// default; of a file with `middle` from there to the right; of another file its x.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "m"))]
     pub journals: Option<Vec<f64>>,
@@ -150,6 +155,15 @@ pub struct Running {
 }
 
 impl Revolved {
+    /// y of the middle of a wheelset of two wheels with running lines, m; none of another body.
+    pub fn middle(&self) -> Option<f64> {
+        match &self.section {
+            Section::W920SWheelset => Some(0.75),
+            Section::File(file) => file.middle,
+            _ => None,
+        }
+    }
+
     /// The dimensions at the contact.
     pub fn running(&self) -> Running {
         let offset = self.contact_offset;

@@ -34,7 +34,7 @@ pub(super) fn check_analyses(job: &Job, faults: &mut Vec<String>) {
                     |b: &Body| b.is_held() || b.is_half_space() || matches!(b.mesh, Some(MeshSource::Extruded(_)));
                 for (name, body) in job.bodies().iter().filter(|(_, b)| !held(b) && !b.is_meshed()) {
                     let instead = match &body.mesh {
-                        Some(MeshSource::Revolved(r)) if r.section == Section::W920SWheelset => {
+                        Some(MeshSource::Revolved(r)) if r.middle().is_some() => {
                             ", or give its primary suspension, e.g. {\"longitudinal\": 10e6, \"lateral\": 5e6, \
                              \"vertical\": 1e6} (N/m)"
                         }
@@ -185,15 +185,29 @@ fn check_transient(job: &Job, transient: &Transient, (path, faults): (&str, &mut
     }
     let loaded = |c: &Contact| c.normal_load.is_some() || c.vertical_load.is_some() || c.from.is_some();
     let load_given = job.contact.as_ref().is_some_and(loaded);
-    match &transient.histories {
-        Some(h) if h.normal_load.is_some() && h.approach.is_some() => {
-            faults.push(format!("{path}.histories: both normal_load and approach are given; give one of them"));
+    let histories = transient.histories.clone().unwrap_or_default();
+    let all = histories.all();
+    for (path, own) in &all {
+        if own.normal_load.is_some() && own.approach.is_some() {
+            faults.push(format!("{path}: both normal_load and approach are given; give one of them"));
         }
-        Some(h) if h.normal_load.is_some() || h.approach.is_some() => {}
-        _ if transient.hold == HeldQuantity::Load && !load_given => {
-            faults.push(format!("{path}.hold: \"load\" needs contact.normal_load; the job gives an approach"));
-        }
-        _ => {}
+    }
+    let shared = job.contact.as_ref().is_some_and(|c| c.vertical_load.is_some());
+    for (path, _) in all.iter().filter(|(_, own)| shared && own.presses()) {
+        faults.push(format!(
+            "{path}: normal_load or approach is given, but the contacts of the wheel share contact.vertical_load; \
+             expected analyses.transient.histories.vertical_load"
+        ));
+    }
+    if histories.vertical_load.is_some() && !shared {
+        faults.push(format!(
+            "{path}.histories.vertical_load: given without contact.vertical_load, the load at the start that the \
+             contacts share; expected normal_load of each contact, or contact.places = \"all\" with a vertical load"
+        ));
+    }
+    let given = histories.vertical_load.is_some() || all.iter().any(|(_, own)| own.presses());
+    if transient.hold == HeldQuantity::Load && !load_given && !given {
+        faults.push(format!("{path}.hold: \"load\" needs contact.normal_load; the job gives an approach"));
     }
 }
 

@@ -5,8 +5,7 @@ use super::super::model::*;
 use super::super::transient::{BodyName, TransientModel};
 use std::f64::consts::{PI, TAU};
 
-/// Distance of the running circles of the built-in wheelset, m, and by how much a job may miss it.
-const CIRCLES: f64 = 1.5;
+/// By how much a job may miss the distance of the running circles of its wheelset, m.
 const MISSED: f64 = 5e-3;
 
 /// Reason why a job has several contacts, and the same job with one, as messages say them.
@@ -151,14 +150,15 @@ fn check_vertical_load(contact: &Contact, faults: &mut Vec<String>) {
 
 /// Faults of a wheelset that touches both rails.
 fn check_wheelset(job: &Job, contact: &Contact, placement: &Placement, faults: &mut Vec<String>) {
-    let is_wheelset = |body: &Body| match &body.mesh {
-        Some(MeshSource::Revolved(revolved)) => revolved.section == Section::W920SWheelset,
-        _ => false,
+    let middle = match job.bodies.upper.as_ref().and_then(|body| body.mesh.as_ref()) {
+        Some(MeshSource::Revolved(revolved)) => revolved.middle(),
+        _ => None,
     };
-    if !job.bodies.upper.as_ref().is_some_and(is_wheelset) {
+    if middle.is_none() {
         faults.push(
-            "bodies.upper.mesh: contact.wheels = \"both\" takes the built-in wheelset, mesh.revolved.section \
-             \"W920S-wheelset\", whose two wheels have running lines; give it, or leave contact.wheels out"
+            "bodies.upper.mesh: contact.wheels = \"both\" takes a wheelset of two wheels with running lines, \
+             mesh.revolved.section \"W920S-wheelset\" or a file of one half of a wheelset with the key middle; give \
+             one, or leave contact.wheels out"
                 .into(),
         );
     }
@@ -169,10 +169,10 @@ fn check_wheelset(job: &Job, contact: &Contact, placement: &Placement, faults: &
                 .into(),
         );
     }
-    if !((placement.circles - CIRCLES).abs() <= MISSED) {
+    if let Some(circles) = middle.map(|middle| 2.0 * middle).filter(|c| !((placement.circles - c).abs() <= MISSED)) {
         faults.push(format!(
-            "contact.wheels: found running circles {} m apart, expected {CIRCLES} m, the distance of the wheels of \
-             \"W920S-wheelset\"; change contact.placement.circles, or vehicle.back_to_back (0.14 m less)",
+            "contact.wheels: found running circles {} m apart, expected {circles} m, the distance of the wheels of \
+             the wheelset; change contact.placement.circles, or vehicle.back_to_back (0.14 m less)",
             placement.circles
         ));
     }
@@ -199,16 +199,11 @@ fn check_analyses(job: &Job, contact: &Contact, several: &SeveralContacts, fault
         faults.push(format!("contact.roughness: has a meaning for one contact; expected {without}, or no roughness"));
     }
     let analyses = &job.analyses;
-    if let Some(transient) = &analyses.transient {
-        let full = transient.model == TransientModel::Full;
-        for (name, given) in [("histories", transient.histories.is_some()), ("model \"full\"", full)] {
-            if given {
-                faults.push(format!(
-                    "analyses.transient.{name}: has a meaning for one contact; expected {without}, or a \
-                     transient on the modes with constant loads and creepages"
-                ));
-            }
-        }
+    if analyses.transient.as_ref().is_some_and(|t| t.model == TransientModel::Full) {
+        faults.push(format!(
+            "analyses.transient.model: found \"full\", which takes one contact; expected {without}, or a transient on \
+             the modes"
+        ));
     }
     let swept = analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
     for (name, given) in [("cycles", analyses.cycles.is_some()), ("sweep.cycles", swept.is_some())] {
@@ -235,15 +230,11 @@ fn check_analyses(job: &Job, contact: &Contact, several: &SeveralContacts, fault
     }
     let point = analyses.stability.as_ref().is_some_and(|s| s.contact == StabilityContact::Point);
     let full = analyses.stability.as_ref().is_some_and(|s| s.full.is_some());
-    for (name, given) in [
-        ("analyses.creep_curve", analyses.creep_curve.is_some()),
-        ("analyses.stability.full", full),
-        ("analyses.stability.contact", point),
-    ] {
+    for (name, given) in [("analyses.stability.full", full), ("analyses.stability.contact", point)] {
         if given {
             faults.push(format!(
-                "{name}: takes one contact; expected {without}, or a job with modes, steady, stability \
-                 on the reduced model, sweep, uncertainty and transient"
+                "{name}: takes one contact; expected {without}, or a job with modes, steady, \
+                 creep_curve, stability on the reduced model, sweep, uncertainty and transient"
             ));
         }
     }

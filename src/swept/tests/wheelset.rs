@@ -249,3 +249,45 @@ fn left_and_right_are_mirror_images() {
         }
     }
 }
+
+/// A wheelset of which one half is drawn, here the mesh of the built-in one, is the built-in wheelset: the same modes,
+/// and the same places on either wheel, seen from both sides.
+#[test]
+fn a_wheelset_of_one_drawn_half_is_the_built_in_one() {
+    let focus = Focus { size: 0.02, reach: 0.0, corner: 0.003, largest: 0.02 };
+    let drawn_half = super::super::wheel::half(&WheelShape::w920s_wheelset(), 0.0, &[[0.46, 0.0]], focus);
+    let faces: Vec<Vec<usize>> = drawn_half.elements.iter().map(|element| element.nodes.clone()).collect();
+    let level = |edge: &&[usize; 3]| edge.iter().all(|&k| (drawn_half.nodes[k][0] - 0.46).abs() < 1e-9);
+    let running: Vec<Vec<usize>> = drawn_half.tread.iter().filter(level).map(|edge| edge[..2].to_vec()).collect();
+    let curves = [("running".to_owned(), running)].into();
+    let drawn = DrawnSection::new(Path::Axle, drawn_half.nodes, &faces, &curves, "running").unwrap();
+    for (middle, words) in [(0.7, "ends at x = 0.750000 m"), (0.8, "up to the middle of its axle and no farther")] {
+        assert!(drawn.clone().with_mirror_image(middle).unwrap_err().message().contains(words));
+    }
+    let drawn = std::rc::Rc::new(drawn.with_mirror_image(0.75).unwrap());
+    assert_eq!(drawn.reach(), [-0.065, 0.040]);
+    for mirrored in [false, true] {
+        let built = wheelset(mirrored);
+        let given = SectionSource::DrawnSection { drawn: std::rc::Rc::clone(&drawn), offset: 0.0, mirrored };
+        assert_eq!(given.middle(), built.middle());
+        let forms = [&built, &given].map(|source| suspended(source, [1e6, 2e6, 1e6]));
+        for n in 0..4 {
+            let [(wanted, kinds), (found, parities)] =
+                [(&built, 0), (&given, 1)].map(|(source, k)| modes(source, &forms[k], n, 1500.0));
+            assert!(wanted.omega.len() == found.omega.len() && found.omega.len() > 1);
+            let rigid = |w: f64| w < 2.0 * PI;
+            for (a, b) in wanted.omega.iter().zip(&found.omega).filter(|(a, _)| !rigid(**a)) {
+                assert!((a / b - 1.0).abs() < 1e-8, "order {n}: {a} {b}");
+            }
+            assert!(kinds.iter().zip(&parities).all(|(a, b)| (a - b).abs() < 1e-6), "{kinds:?} {parities:?}");
+        }
+        let there = RunningPlace { y: 0.012, height: Some(0.0), opposite: true };
+        let [wanted, found] = [&built, &given].map(|source| source.contact_at(there).origin());
+        assert!((0..2).all(|c| (wanted[c] - found[c]).abs() < 1e-12), "{wanted:?} {found:?}");
+        let section = given.for_loads_at(&[there], &[6e-3; 2]).unwrap();
+        let edges = section.running_at(found[1]);
+        let near = |edge: &&[usize; 3]| (section.nodes[edge[2]][1] - found[1]).abs() < 6e-3;
+        let longest = edges.iter().filter(near).map(|edge| section.length(edge)).fold(0.0, f64::max);
+        assert!(longest > 0.0 && longest <= 2e-3 + 1e-12, "{longest}");
+    }
+}
