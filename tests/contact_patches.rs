@@ -10,7 +10,7 @@ use railsqueal::contact::{
 use railsqueal::friction::{Exponential, FrictionLaw};
 use railsqueal::grid::Interface;
 use railsqueal::model::{combined_compliance, CoupledModel};
-use railsqueal::stability::nonlinear_eigen;
+use railsqueal::stability::nonlinear_eigen::{self, SpectrumMemory};
 use railsqueal::stability::reduced::{self, Eigenpair};
 use railsqueal::transient::loading::{History, Normal, PatchDrive};
 use railsqueal::transient::{ContactSolver, Loading, Model, Scheme, Settings, State, Stepper};
@@ -502,8 +502,9 @@ fn eigenvalues_of_patches_apart_are_those_of_each() {
     let pair = CoupledModel::new(&whole, &rigid(2 * n)).unwrap();
     let contact = linear(&both, &pair, &rolling, &loads);
     let dense = values(&reduced::eigenpairs(&pair, &contact, 1e-8).unwrap());
-    let determinant =
-        nonlinear_eigen::eigenpairs(&pair, &contact, 0.3, 1e-10).unwrap().expect("many modes by few functions");
+    let determinant = nonlinear_eigen::eigenpairs(&pair, &contact, [0.3, 1e-10], &SpectrumMemory::default())
+        .unwrap()
+        .expect("many modes by few functions");
     let alike = |found: &[num_complex::Complex<f64>], wanted: &[num_complex::Complex<f64>], bound: f64, what: &str| {
         assert!(wanted.len() >= 70 && found.len() == wanted.len(), "{what}: {} of {}", found.len(), wanted.len());
         for w in wanted {
@@ -528,8 +529,9 @@ fn eigenvalues_of_patches_apart_are_those_of_each() {
     let pair = CoupledModel::new(&whole, &rigid(2 * n)).unwrap();
     let contact = linear(&both, &pair, &rolling, &loads);
     let dense = values(&reduced::eigenpairs(&pair, &contact, 1e-8).unwrap());
-    let determinant =
-        nonlinear_eigen::eigenpairs(&pair, &contact, 0.3, 1e-10).unwrap().expect("many modes by few functions");
+    let determinant = nonlinear_eigen::eigenpairs(&pair, &contact, [0.3, 1e-10], &SpectrumMemory::default())
+        .unwrap()
+        .expect("many modes by few functions");
     alike(&values(&determinant), &dense, 1e-8, "coupled patches");
     let moved = alone.iter().map(|w| dense.iter().map(|v| (v - w).norm()).fold(f64::INFINITY, f64::min));
     assert!(moved.fold(0.0, f64::max) > 1.0, "the coupling moves nothing");

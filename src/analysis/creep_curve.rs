@@ -12,6 +12,7 @@ use crate::grid::Interface;
 use crate::job::{self, CreepCurve, Job};
 use crate::model::{CoupledModel, ReducedModel};
 use crate::output::datasets::creep_curve::{tables, Baseline, CreepCurvePoint, CurveContact};
+use crate::stability::nonlinear_eigen::SpectrumMemory;
 use crate::stability::{grows, least_stable};
 use crate::summary::Summary;
 use crate::{Error, Result};
@@ -24,7 +25,7 @@ pub(super) fn run(run: &mut Run, wanted: &CreepCurve, contact: &job::Contact, mo
     let values = wanted.numbers().map_err(|fault| Error::Job(format!("analyses.creep_curve.values: {fault}")))?;
     let progress = &mut *run.progress;
     let points = world.on_root(|| {
-        let curve = Curve { wanted, contact, job, model: model.root()? };
+        let curve = Curve { wanted, contact, job, model: model.root()?, memory: SpectrumMemory::default() };
         let mut continuation = Continuation::new(curve.problem());
         let point = |(number, &value): (usize, &f64)| {
             let point = curve.point(&mut continuation, value);
@@ -48,6 +49,7 @@ struct Curve<'a> {
     contact: &'a job::Contact,
     job: &'a Job,
     model: &'a ReducedModel,
+    memory: SpectrumMemory,
 }
 
 impl<'a> Curve<'a> {
@@ -98,7 +100,7 @@ impl<'a> Curve<'a> {
         if let Some(stability) = &self.job.analyses.stability {
             let (problem, pair) = (continuation.problem(), &self.model.pair);
             well_posed::refuse_short(&contact.friction, |law| well_posed::rolling(problem, law, pair))?;
-            let found = least_stable(stability, pair, &problem.contact(&solution))?;
+            let found = least_stable(stability, pair, &problem.contact(&solution), &self.memory)?;
             point.least_stable = found.map(|e| (e.value, grows(e.value, e.backward_error)));
         }
         Ok(point)

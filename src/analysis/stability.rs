@@ -13,6 +13,7 @@ use crate::output::datasets::stability::{causes, confirmations, derivatives, eig
 use crate::stability::confirmation;
 use crate::stability::criterion::{criteria, Criterion};
 use crate::stability::full::FullResult;
+use crate::stability::nonlinear_eigen::SpectrumMemory;
 use crate::stability::reduced::{participation, Eigenpair};
 use crate::stability::sensitivity::Sensitivities;
 use crate::stability::{grows, is_rigid, oscillates, Spectrum};
@@ -34,7 +35,7 @@ pub(super) fn run(
     let found = world.on_root(|| {
         let root = model.root()?;
         let examined = StabilityProblem { job, stability, contact, model: (&root.interface, &root.pair) };
-        let found = examined.analyse()?;
+        let found = examined.analyse(&SpectrumMemory::default())?;
         let smallest = well_posed::smallest(&contact.friction, |law| examined.sharpness(law))?;
         let sensitivities = sensitivity::wanted(&examined, &found, root)?;
         // Points apart from each other are not one.

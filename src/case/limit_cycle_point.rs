@@ -8,6 +8,7 @@ use crate::model::CoupledModel;
 use crate::output::datasets::checkpoint;
 use crate::output::datasets::cycles::Cycle;
 use crate::stability::grows;
+use crate::stability::nonlinear_eigen::SpectrumMemory;
 use crate::transient::cycle::{follow, AmplitudeRecord, CycleOutcome, CycleSettings};
 use crate::transient::{State, Stepper};
 use crate::{Error, Result};
@@ -75,7 +76,8 @@ impl LimitCyclePoint<'_> {
         let (Some(wanted), Some(contact)) = (&self.job.analyses.stability, &self.job.contact) else {
             return Err(Error::Defect("a point of a sweep without contact or stability".into()));
         };
-        let found = StabilityProblem { job: self.job, stability: wanted, contact, model: self.model }.analyse()?;
+        let problem = StabilityProblem { job: self.job, stability: wanted, contact, model: self.model };
+        let found = problem.analyse(&SpectrumMemory::default())?;
         let state = match wanted.state() {
             StabilityState::Sliding => StartState::Sliding,
             StabilityState::Steady => StartState::Steady,

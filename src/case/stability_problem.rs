@@ -8,6 +8,7 @@ use crate::friction::FrictionLaw;
 use crate::grid::Interface;
 use crate::job::{self, Direction, Job, StabilityState};
 use crate::model::CoupledModel;
+use crate::stability::nonlinear_eigen::SpectrumMemory;
 use crate::stability::reduced::sharpness;
 use crate::stability::{eigenvalues, spectrum, Equilibrium, Spectrum};
 use crate::{Error, Result};
@@ -32,21 +33,21 @@ pub(crate) struct StabilityProblem<'a> {
     pub(crate) model: (&'a Interface, &'a CoupledModel),
 }
 
-type StabilityRequest = fn(&job::Stability, &CoupledModel, &LinearContact) -> Result<Spectrum>;
+type StabilityRequest = fn(&job::Stability, &CoupledModel, &LinearContact, &SpectrumMemory) -> Result<Spectrum>;
 
 impl StabilityProblem<'_> {
-    /// The state and the eigenvalues about it.
-    pub(crate) fn analyse(&self) -> Result<StabilityResult> {
-        self.with(spectrum)
+    /// The state and the eigenvalues about it, searched for from what `memory` has of the state before.
+    pub(crate) fn analyse(&self, memory: &SpectrumMemory) -> Result<StabilityResult> {
+        self.with(spectrum, memory)
     }
 
     /// The state and the eigenvalues about it, which may be without their motions.
-    pub(crate) fn eigenvalues(&self) -> Result<StabilityResult> {
-        self.with(eigenvalues)
+    pub(crate) fn eigenvalues(&self, memory: &SpectrumMemory) -> Result<StabilityResult> {
+        self.with(eigenvalues, memory)
     }
 
-    fn with(&self, spectrum: StabilityRequest) -> Result<StabilityResult> {
-        let request = |contact: &LinearContact| spectrum(self.stability, self.model.1, contact);
+    fn with(&self, spectrum: StabilityRequest, memory: &SpectrumMemory) -> Result<StabilityResult> {
+        let request = |contact: &LinearContact| spectrum(self.stability, self.model.1, contact, memory);
         self.begun_with(None, request).map(|(found, _)| found)
     }
 

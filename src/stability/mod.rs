@@ -15,6 +15,7 @@ use crate::contact::LinearContact;
 use crate::job;
 use crate::model::CoupledModel;
 use crate::{Error, Result};
+use nonlinear_eigen::SpectrumMemory;
 use num_complex::Complex;
 use reduced::{eigenpairs, Eigenpair};
 
@@ -72,15 +73,25 @@ pub struct Spectrum {
     pub sticking: usize,
 }
 
-/// On rank 0: the eigenvalues about a sliding contact.
-pub fn spectrum(stability: &job::Stability, pair: &CoupledModel, contact: &LinearContact) -> Result<Spectrum> {
-    by(nonlinear_eigen::eigenpairs, stability, pair, contact)
+/// On rank 0: the eigenvalues about a sliding contact. The search begins from what `memory` has of the state before.
+pub fn spectrum(
+    stability: &job::Stability,
+    pair: &CoupledModel,
+    contact: &LinearContact,
+    memory: &SpectrumMemory,
+) -> Result<Spectrum> {
+    by(nonlinear_eigen::eigenpairs, stability, (pair, contact), memory)
 }
 
 /// The same where nothing but the eigenvalues is asked for: of many modes those with Im λ ≥ 0 alone, without their
 /// motions.
-pub fn eigenvalues(stability: &job::Stability, pair: &CoupledModel, contact: &LinearContact) -> Result<Spectrum> {
-    by(nonlinear_eigen::eigenvalues, stability, pair, contact)
+pub fn eigenvalues(
+    stability: &job::Stability,
+    pair: &CoupledModel,
+    contact: &LinearContact,
+    memory: &SpectrumMemory,
+) -> Result<Spectrum> {
+    by(nonlinear_eigen::eigenvalues, stability, (pair, contact), memory)
 }
 
 /// The same as [`spectrum`] of the eigenvalues that are tracked from a known one; none where it is not certain that
@@ -91,10 +102,12 @@ pub fn track(
     contact: &LinearContact,
     known: &nonlinear_eigen::KnownSpectrum,
     is_counted: &dyn Fn(&[Eigenpair]) -> bool,
+    memory: &SpectrumMemory,
 ) -> Result<Option<(Spectrum, nonlinear_eigen::Count)>> {
     let limit = limit(stability, pair)?;
     let bounds = [stability.damping_ratio, stability.tolerance];
-    let Some(found) = nonlinear_eigen::track(pair, contact, known, bounds, is_counted)? else { return Ok(None) };
+    let found = nonlinear_eigen::track(pair, contact, known, bounds, is_counted, memory)?;
+    let Some(found) = found else { return Ok(None) };
     let nonlinear_eigen::TrackedSpectrum { pairs, count } = found;
     let all = pairs.iter().map(|p| p.value).collect();
     let eigenpairs = listed_pairs(stability, pairs, limit);
@@ -103,13 +116,18 @@ pub fn track(
 }
 
 /// The spectrum, of many modes as `few` gives it.
-fn by(few: Few, stability: &job::Stability, pair: &CoupledModel, contact: &LinearContact) -> Result<Spectrum> {
+fn by(
+    few: Few,
+    stability: &job::Stability,
+    (pair, contact): (&CoupledModel, &LinearContact),
+    memory: &SpectrumMemory,
+) -> Result<Spectrum> {
     let limit = limit(stability, pair)?;
-    let pairs = match by_functions(few, stability, pair, contact)? {
+    let pairs = match by_functions(few, stability, (pair, contact), memory)? {
         Some(pairs) => pairs,
         None => {
             let pairs = eigenpairs(pair, contact, stability.tolerance)?;
-            nonlinear_eigen::begin_at(pairs.iter().map(|p| p.value));
+            memory.begin_at(pairs.iter().map(|p| p.value));
             pairs
         }
     };
@@ -119,16 +137,17 @@ fn by(few: Few, stability: &job::Stability, pair: &CoupledModel, contact: &Linea
 }
 
 /// Function that [`nonlinear_eigen`] supplies.
-type Few = fn(&CoupledModel, &LinearContact, f64, f64) -> Result<Option<Vec<Eigenpair>>>;
+type Few = fn(&CoupledModel, &LinearContact, [f64; 2], &SpectrumMemory) -> Result<Option<Vec<Eigenpair>>>;
 
 /// On rank 0: the first of those that [`spectrum`] lists, of many modes without its motion.
 pub(crate) fn least_stable(
     stability: &job::Stability,
     pair: &CoupledModel,
     contact: &LinearContact,
+    memory: &SpectrumMemory,
 ) -> Result<Option<Eigenpair>> {
     let limit = limit(stability, pair)?;
-    if let Some(pairs) = by_functions(nonlinear_eigen::eigenvalues, stability, pair, contact)? {
+    if let Some(pairs) = by_functions(nonlinear_eigen::eigenvalues, stability, (pair, contact), memory)? {
         return Ok(pairs.into_iter().find(|e| listed(stability, e, limit)));
     }
     rightmost::rightmost(pair, contact, stability.tolerance, |e| listed(stability, e, limit))
@@ -143,14 +162,14 @@ const MANY: usize = 200;
 fn by_functions(
     few: Few,
     stability: &job::Stability,
-    pair: &CoupledModel,
-    contact: &LinearContact,
+    (pair, contact): (&CoupledModel, &LinearContact),
+    memory: &SpectrumMemory,
 ) -> Result<Option<Vec<Eigenpair>>> {
     // The full system is looked through with the whole spectrum as its guide.
     if pair.omega.len() < MANY || stability.full.is_some() {
         return Ok(None);
     }
-    few(pair, contact, stability.damping_ratio, stability.tolerance)
+    few(pair, contact, [stability.damping_ratio, stability.tolerance], memory)
 }
 
 /// The highest frequency that is kept, Hz, infinite where the modes are all there are.

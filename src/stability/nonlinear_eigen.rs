@@ -36,17 +36,16 @@ mod condensed_contact;
 mod contact_resolvent;
 mod dense_lu;
 mod eigenvectors;
-mod last_spectrum;
 mod modal_compliance;
 mod pole_sums;
 mod refinement;
+mod spectrum_memory;
 mod tracker;
 
 use argument_principle::remaining_error;
 use condensed_contact::CondensedContact;
-pub(crate) use last_spectrum::begin_at;
-pub use last_spectrum::LastSpectrum;
-use last_spectrum::{LastState, LAST};
+use spectrum_memory::LastState;
+pub use spectrum_memory::{LastSpectrum, SpectrumMemory};
 pub use tracker::{track, Count, KnownSpectrum, TrackedSpectrum};
 
 type C = Complex<f64>;
@@ -102,14 +101,15 @@ const COARSE: f64 = 1e-5;
 const EVEN: f64 = 0.05;
 
 /// All eigenvalues with a damping ratio up to `ratio`, or growing, both of each conjugate pair, by falling growth
-/// rate, each with a backward error of at most `tolerance`. None where it is not certain that these are all.
+/// rate, each with a backward error of at most `tolerance`. None where it is not certain that these are all. The search
+/// begins from what `memory` has of the state before, and leaves this state there.
 pub fn eigenpairs(
     bodies: &CoupledModel,
     contact: &LinearContact,
-    ratio: f64,
-    tolerance: f64,
+    [ratio, tolerance]: [f64; 2],
+    memory: &SpectrumMemory,
 ) -> Result<Option<Vec<Eigenpair>>> {
-    let Some((problem, roots)) = inside(bodies, contact, ratio)? else { return Ok(None) };
+    let Some((problem, roots)) = inside(bodies, contact, ratio, memory)? else { return Ok(None) };
     Ok(problem.pairs(bodies, &roots, tolerance))
 }
 
@@ -119,22 +119,23 @@ pub fn eigenpairs(
 pub fn eigenvalues(
     bodies: &CoupledModel,
     contact: &LinearContact,
-    ratio: f64,
-    tolerance: f64,
+    [ratio, tolerance]: [f64; 2],
+    memory: &SpectrumMemory,
 ) -> Result<Option<Vec<Eigenpair>>> {
-    let Some((problem, roots)) = inside(bodies, contact, ratio)? else { return Ok(None) };
+    let Some((problem, roots)) = inside(bodies, contact, ratio, memory)? else { return Ok(None) };
     Ok(problem.values(bodies, &roots, tolerance))
 }
 
 /// The problem and its roots with Im > 0 that may be listed, by falling growth rate; none where it is not certain
 /// that these are all.
-fn inside(
+fn inside<'m>(
     bodies: &CoupledModel,
     contact: &LinearContact,
     ratio: f64,
-) -> Result<Option<(NonlinearEigenproblem, Vec<C>)>> {
+    memory: &'m SpectrumMemory,
+) -> Result<Option<(NonlinearEigenproblem<'m>, Vec<C>)>> {
     check(bodies, contact)?;
-    let Some(problem) = NonlinearEigenproblem::new(bodies, contact, ratio)? else { return Ok(None) };
+    let Some(problem) = NonlinearEigenproblem::new(bodies, contact, ratio, memory)? else { return Ok(None) };
     let Some(mut roots) = problem.roots() else { return Ok(None) };
     roots.retain(|v| problem.aside(*v) <= 0.0);
     roots.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
@@ -142,7 +143,9 @@ fn inside(
 }
 
 /// The problem in what the contact sees.
-struct NonlinearEigenproblem {
+struct NonlinearEigenproblem<'m> {
+    /// State before this one, and this one once it is solved.
+    memory: &'m SpectrumMemory,
     modes: Rc<ModalCompliance>,
     contact: CondensedContact,
     /// K and what makes it, along the frequencies of the modes.
@@ -153,10 +156,15 @@ struct NonlinearEigenproblem {
     angle: f64,
 }
 
-impl NonlinearEigenproblem {
+impl<'m> NonlinearEigenproblem<'m> {
     /// None where the problem is not for this method.
-    fn new(bodies: &CoupledModel, contact: &LinearContact, ratio: f64) -> Result<Option<Self>> {
-        Self::with_relaxations(bodies, contact, ratio, None)
+    fn new(
+        bodies: &CoupledModel,
+        contact: &LinearContact,
+        ratio: f64,
+        memory: &'m SpectrumMemory,
+    ) -> Result<Option<Self>> {
+        Self::with_relaxations(bodies, contact, (ratio, None), memory)
     }
 
     /// The same with `known` relaxations that are near those of this contact, and the contact interpolated over a range
@@ -164,15 +172,17 @@ impl NonlinearEigenproblem {
     fn with_relaxations(
         bodies: &CoupledModel,
         contact: &LinearContact,
-        ratio: f64,
-        known: Option<(&[C], [f64; 2])>,
+        (ratio, known): (f64, Option<(&[C], [f64; 2])>),
+        memory: &'m SpectrumMemory,
     ) -> Result<Option<Self>> {
         if !(ratio <= LISTED) || contact.nodes.is_empty() {
             return Ok(None);
         }
         let angle = FRAC_PI_2 + ratio.asin();
         let within = FRAC_PI_2 + (ratio + MARGIN).asin();
-        let Some((modes, shapes)) = ModalCompliance::build(bodies, &places(contact), within) else { return Ok(None) };
+        let Some((modes, shapes)) = ModalCompliance::build(bodies, &places(contact), within, memory) else {
+            return Ok(None);
+        };
         let [low, high] = modes.range();
         let rate = (low * high).sqrt();
         let view = BodyView { modes: shapes.as_ref(), residual: bodies.residual.as_ref() };
@@ -187,7 +197,7 @@ impl NonlinearEigenproblem {
         // Of known ones the polynomials are a start.
         let left = if known.is_some() { COARSE } else { FINE };
         let Some(along) = ChebyshevStiffness::new(&contact, range, left) else { return Ok(None) };
-        Ok(Some(Self { modes, contact, along, relaxations, angle }))
+        Ok(Some(Self { memory, modes, contact, along, relaxations, angle }))
     }
 
     /// Angular frequencies of the modes in the `range`, and of the relaxations of the contact.
@@ -236,7 +246,7 @@ impl NonlinearEigenproblem {
 
     /// Roots with Im > 0, among them all inside the ray; none where that is not certain.
     fn roots(&self) -> Option<Vec<C>> {
-        let last = LAST.with_borrow(|last| last.is_near(&self.modes.poles).then(|| last.clone()));
+        let last = Some(self.memory.last()).filter(|last| last.is_near(&self.modes.poles));
         let now = self.compared();
         let starts = last.as_ref().map_or_else(|| self.anew(), |last| last.predicted(&now));
         // What is known of the way here is of the same bodies.
@@ -288,7 +298,7 @@ impl NonlinearEigenproblem {
             change = now.iter().zip(&last.contact).map(|(a, b)| a - b).collect();
         }
         let (poles, roots, relaxations) = (self.modes.poles.clone(), roots.to_vec(), self.relaxations.clone());
-        LAST.set(LastState { poles, roots, before, contact: now, change, relaxations });
+        self.memory.remember(LastState { poles, roots, before, contact: now, change, relaxations });
     }
 
     /// The roots `known` and those that `starts` lead to; and where those are that have not come to rest.

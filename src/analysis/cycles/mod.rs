@@ -24,6 +24,7 @@ use crate::cycles::Structure;
 use crate::job::{key_unit, Branches, RADIUS};
 use crate::model::{shared, CoupledModel, SharedModel};
 use crate::output::datasets::branches::{BranchTables, Onset};
+use crate::stability::nonlinear_eigen::SpectrumMemory;
 use crate::{Error, Result};
 use curve::CurveTable;
 use follow::BranchFollower;
@@ -71,7 +72,8 @@ pub fn run(
         }
         false => None,
     };
-    let search = Search { job, wanted, model: pair, bodies: adapted.as_ref(), curve: curve.as_ref() };
+    let memory = SpectrumMemory::default();
+    let search = Search { job, wanted, model: pair, bodies: adapted.as_ref(), curve: curve.as_ref(), memory: &memory };
     let clock = Clock::new(run.stop);
     let kept = StoredBranches::open(world, &run.options.output, run.given, &search)?;
     run.file.discard(kept.folder());

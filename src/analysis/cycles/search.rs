@@ -8,6 +8,7 @@ use crate::grid::Interface;
 use crate::job::{self, range, Branches, Job, StabilityState, StartState};
 use crate::model::{CoupledModel, ModalDynamics, SharedModel};
 use crate::stability::grows;
+use crate::stability::nonlinear_eigen::SpectrumMemory;
 use crate::stop::Stop;
 use crate::{Error, Result};
 use std::borrow::Cow;
@@ -25,6 +26,8 @@ pub(super) struct Search<'a> {
     pub(super) bodies: Option<&'a RefCell<SharedModel>>,
     /// Contacts over the radius of the curve, where that is the key.
     pub(super) curve: Option<&'a CurveTable>,
+    /// Memory of the search for eigenvalues about rest.
+    pub(super) memory: &'a SpectrumMemory,
 }
 
 impl Family for Search<'_> {
@@ -108,7 +111,7 @@ impl<'a> Search<'a> {
     /// Growth rates about rest, 1/s, and frequencies, Hz, of the modes that oscillate, by falling growth rate; and
     /// whether each grows.
     pub(super) fn growth(&self, key: f64) -> Result<Vec<([f64; 2], bool)>> {
-        let spectrum = self.with_problem(key, |problem| problem.eigenvalues())?.spectrum;
+        let spectrum = self.with_problem(key, |problem| problem.eigenvalues(self.memory))?.spectrum;
         let moving = spectrum.eigenpairs.iter().filter(|e| e.frequency() > 0.0);
         Ok(moving.map(|e| ([e.value.re, e.frequency()], grows(e.value, e.backward_error))).collect())
     }

@@ -305,7 +305,7 @@ impl BranchFollower<'_, '_> {
     /// rate, 1/s: 0 at a threshold of rest.
     fn small_motion(&self, key: f64, mode: usize, resolution: Resolution) -> Result<(Guess, f64)> {
         let (search, structure) = (self.search, self.structure);
-        let found = search.with_problem(key, |problem| problem.analyse())?;
+        let found = search.with_problem(key, |problem| problem.analyse(search.memory))?;
         let mode = found.spectrum.eigenpairs.iter().filter(|e| e.frequency() > 0.0).nth(mode);
         let Some(mode) = mode else {
             return Err(Error::NotConverged("limit cycles: the mode of rest is not found again".into()));

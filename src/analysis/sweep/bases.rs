@@ -43,7 +43,7 @@ impl BasePoint {
     pub fn failed(error: Error) -> Self {
         Self {
             outcome: Err(error),
-            state: LastSpectrum::present(),
+            state: LastSpectrum::default(),
             candidates: Vec::new(),
             known: Vec::new(),
             rolling: None,

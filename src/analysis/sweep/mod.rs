@@ -35,6 +35,7 @@ use crate::output::Table;
 use crate::parallel::World;
 use crate::petsc::session::Petsc;
 use crate::progress::Progress;
+use crate::stability::nonlinear_eigen::SpectrumMemory;
 use crate::summary::Summary;
 use crate::{Error, Result};
 use cycles::{BranchOutcomes, CycleChains};
@@ -129,6 +130,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
         run.file.discard(&folder);
     }
     let mut earlier = Vec::new();
+    let memory = SpectrumMemory::default();
     // Ranks share the points of several models, one for each: three points of one place are no work for two. Limit
     // cycles are shared model by model.
     let together = if followed.is_some() { 1 } else { world.size };
@@ -176,7 +178,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             let (model, _) = models[m].as_mut()?;
             match &study {
                 Some(study) => study.solve(StudyModel::Shared(model), (&points, &batch[m].1), i).transpose(),
-                None => Some(point_of(&points, i).and_then(|point| solve(model, point))),
+                None => Some(point_of(&points, i).and_then(|point| solve(model, point, &memory))),
             }
         })?;
         if let (Some((wanted, found)), [Some((model, sources))]) = (&mut followed, &mut models[..]) {
@@ -341,8 +343,8 @@ fn stopped(is_kept: bool, output: &std::path::Path) -> String {
 }
 
 /// Stability at one point, on this rank alone.
-fn solve(model: &mut SharedModel, point: &Job) -> Result<Outcome> {
-    with_problem(model, point, |problem| Ok(outcome_of(problem.contact, &problem.eigenvalues()?)))
+fn solve(model: &mut SharedModel, point: &Job, memory: &SpectrumMemory) -> Result<Outcome> {
+    with_problem(model, point, |problem| Ok(outcome_of(problem.contact, &problem.eigenvalues(memory)?)))
 }
 
 /// Result of `examine` for the stability problem of a point, on this rank alone.

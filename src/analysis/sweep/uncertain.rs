@@ -7,7 +7,8 @@ use super::point_model::{FollowedRate, StudyModel};
 use super::Base;
 use crate::analysis::stability::mode_name;
 use crate::case::stability_problem::StabilityResult;
-use crate::job::{Job, SweepPlan, Uncertainty};
+use crate::contact::LinearContact;
+use crate::job::{self, Job, SweepPlan, Uncertainty};
 use crate::model::CoupledModel;
 use crate::output::datasets::sweep::{Followed, Outcome};
 use crate::output::datasets::uncertainty::{tables, ModeOf, StudyStatistics as Report};
@@ -15,9 +16,9 @@ use crate::output::Table;
 use crate::parallel::World;
 use crate::random::indices::indices;
 use crate::random::interval::{quantile, share};
-use crate::stability::nonlinear_eigen::LastSpectrum;
+use crate::stability::nonlinear_eigen::{LastSpectrum, SpectrumMemory};
 use crate::stability::reduced::{shares, Eigenpair};
-use crate::stability::{grows, is_rigid, spectrum};
+use crate::stability::{grows, is_rigid, spectrum, Spectrum};
 use crate::summary::Summary;
 use crate::{Error, Result};
 use num_complex::Complex;
@@ -62,6 +63,8 @@ pub(super) struct Study<'a> {
     near: Cell<Option<usize>>,
     /// True while points that no base point leads to are left for later.
     defers: Cell<bool>,
+    /// Memory of the search for eigenvalues on this rank.
+    memory: SpectrumMemory,
 }
 
 impl<'a> Study<'a> {
@@ -101,7 +104,8 @@ impl<'a> Study<'a> {
         };
         let bases = Bases::new(plan, wanted.follow);
         let counts = Counts::new(wanted.seed, plan.points.len());
-        Ok(Some(Self { wanted, references, lower, bases, counts, near: Cell::new(None), defers: Cell::new(false) }))
+        let (near, defers, memory) = (Cell::new(None), Cell::new(false), SpectrumMemory::default());
+        Ok(Some(Self { wanted, references, lower, bases, counts, near, defers, memory }))
     }
 
     /// Inputs of the samples beside their jobs.
@@ -158,12 +162,17 @@ impl<'a> Study<'a> {
         self.wanted.interpolate
     }
 
+    /// The whole search for the eigenvalues of a point, from what was remembered last.
+    fn search(&self) -> impl FnMut(&job::Stability, &CoupledModel, &LinearContact) -> Result<Spectrum> + '_ {
+        |stability, pair, contact| spectrum(stability, pair, contact, &self.memory)
+    }
+
     /// Growth rates of the modes that are followed at a point, by a whole search from nothing.
     pub(super) fn growth_rates(&self, mut model: StudyModel, point: &Job) -> Result<Vec<FollowedRate>> {
-        LastSpectrum::default().restore();
+        self.memory.restore(&LastSpectrum::default());
         model.renew();
         let lower = model.lower_modes();
-        let (_, found, _) = model.solved(point, None, &mut spectrum)?;
+        let (_, found, _) = model.solved(point, None, &mut self.search())?;
         let rate = |f: &Followed| Some(FollowedRate { mode: f.mode?, rate: f.value.re, agreement: f.agreement });
         Ok(self.followed(&found, lower).iter().filter_map(rate).collect())
     }

@@ -49,7 +49,7 @@ pub(super) fn phase_change(mut points: Vec<(f64, C)>, at: &dyn Fn(f64) -> C) -> 
     None
 }
 
-impl NonlinearEigenproblem {
+impl NonlinearEigenproblem<'_> {
     /// How many eigenvalues within the ray, both of each conjugate pair, are missing in `roots`; none where the count
     /// is not certain.
     pub(super) fn missing(&self, roots: &[C]) -> Option<i64> {

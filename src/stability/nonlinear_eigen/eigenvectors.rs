@@ -7,7 +7,7 @@ use crate::model::CoupledModel;
 use crate::stability::reduced::Eigenpair;
 use faer::Mat;
 
-impl NonlinearEigenproblem {
+impl NonlinearEigenproblem<'_> {
     /// Forces on the functions that an eigenvalue makes, each of norm 1, and the motion of these under them, `[r,
     /// roots]`.
     pub(super) fn forces(&self, roots: &[C]) -> (Vec<Vec<C>>, Mat<C>) {

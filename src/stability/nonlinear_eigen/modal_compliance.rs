@@ -2,12 +2,12 @@
 
 use super::dense_lu::add_product;
 use super::pole_sums::PoleSums;
-use super::{C, REAL};
+use super::{SpectrumMemory, C, REAL};
 use crate::body::ModalMatrix;
 use crate::model::{CoupledModel, ModeFactors};
 use faer::linalg::solvers::DenseSolveCore;
 use faer::Mat;
-use std::cell::{OnceCell, RefCell};
+use std::cell::OnceCell;
 use std::rc::Rc;
 
 mod contact_shapes;
@@ -55,7 +55,7 @@ struct CoupledModes {
 }
 
 /// The poles of coupled modes with this stiffness and damping.
-struct ModePoles {
+pub(super) struct ModePoles {
     stiffness: Mat<f64>,
     damping: Mat<f64>,
     values: Vec<C>,
@@ -87,25 +87,15 @@ impl Reading {
     }
 }
 
-thread_local! {
-    /// From one state to the next the bodies are mostly the same, ...
-    static LAST: RefCell<Vec<Rc<ModePoles>>> = const { RefCell::new(Vec::new()) };
-    /// ... and so is what the contact sees of them.
-    static KNOWN: RefCell<Option<Rc<ModalCompliance>>> = const { RefCell::new(None) };
-}
-
 impl ModePoles {
     /// None where the vectors do not tell them apart.
-    fn of(stiffness: Mat<f64>, damping: Mat<f64>) -> Option<Rc<Self>> {
+    fn of(stiffness: Mat<f64>, damping: Mat<f64>, memory: &SpectrumMemory) -> Option<Rc<Self>> {
         let same = |p: &&Rc<Self>| p.stiffness == stiffness && p.damping == damping;
+        let mut known = memory.poles.borrow_mut();
         // The last ones used stay the longest.
-        let known = LAST.with_borrow_mut(|last| {
-            let place = last.iter().position(|p| same(&p))?;
-            last[..=place].rotate_right(1);
-            last.first().cloned()
-        });
-        if known.is_some() {
-            return known;
+        if let Some(place) = known.iter().position(|p| same(&p)) {
+            known[..=place].rotate_right(1);
+            return known.first().cloned();
         }
         let s = stiffness.nrows();
         let rate = (0..s).map(|i| stiffness[(i, i)].abs().sqrt()).fold(0.0, f64::max);
@@ -140,10 +130,8 @@ impl ModePoles {
         let readings = kept.iter().map(reading).collect();
         let terms = kept.iter().map(|&i| values[i]).collect();
         let made = Rc::new(Self { stiffness, damping, values, terms, right, readings, onto });
-        LAST.with_borrow_mut(|last| {
-            last.truncate(KEPT - 1);
-            last.insert(0, made.clone());
-        });
+        known.truncate(KEPT - 1);
+        known.insert(0, made.clone());
         Some(made)
     }
 }
@@ -226,25 +214,30 @@ impl ModalCompliance {
     /// Modal sums of `bodies` with the functions of which they consist at these contact rows, and the functions there,
     /// `[3n, r]`, with the poles up to the angle `within`; none where the functions are not few, or a mode by itself
     /// does not oscillate. Those of the last state are taken where they serve.
-    pub fn build(bodies: &CoupledModel, rows: &[usize], within: f64) -> Option<(Rc<Self>, Mat<f64>)> {
+    pub fn build(
+        bodies: &CoupledModel,
+        rows: &[usize],
+        within: f64,
+        memory: &SpectrumMemory,
+    ) -> Option<(Rc<Self>, Mat<f64>)> {
         if let Some(factors) = &bodies.functions {
-            let made = Rc::new(Self::of_factors(bodies, factors, within)?);
-            KNOWN.set(Some(made.clone()));
+            let made = Rc::new(Self::of_factors(bodies, factors, within, memory)?);
+            memory.know(Some(made.clone()));
             let shapes = &factors.functions * (&factors.amplitudes * made.basis.transpose());
             return Some((made, shapes));
         }
-        let last = Self::last().filter(|known| known.of.is_of(bodies, within));
-        let (modes, asked) = match last.and_then(|last| last.shapes(bodies, rows).map(|asked| (last, asked))) {
+        let last = memory.modes().filter(|known| known.of.is_of(bodies, within));
+        let (modes, asked) = match last.and_then(|last| last.shapes(bodies, rows, memory).map(|asked| (last, asked))) {
             Some((last, asked)) if last.is_alike(bodies) => (last, asked),
             Some((last, asked)) => {
-                let made = Rc::new(last.with_dynamics(bodies)?);
-                KNOWN.set(Some(made.clone()));
+                let made = Rc::new(last.with_dynamics(bodies, memory)?);
+                memory.know(Some(made.clone()));
                 (made, asked)
             }
             None => {
                 let psi = Mat::from_fn(rows.len(), bodies.omega.len(), |i, j| bodies.modes[(rows[i], j)]);
-                let made = Rc::new(Self::new(bodies, &psi, within)?);
-                KNOWN.set(Some(made.clone()));
+                let made = Rc::new(Self::new(bodies, &psi, within, memory)?);
+                memory.know(Some(made.clone()));
                 let asked = &psi * made.basis.transpose();
                 (made, asked)
             }
@@ -256,27 +249,18 @@ impl ModalCompliance {
         Some((modes, shapes))
     }
 
-    /// Modal sums of the last state.
-    pub fn last() -> Option<Rc<Self>> {
-        KNOWN.with_borrow(Clone::clone)
-    }
-
-    /// Takes `modes` for those of the last state.
-    pub fn know(modes: Option<Rc<Self>>) {
-        KNOWN.set(modes);
-    }
-
     /// Angle up to which [`poles`](Self::poles) are.
     pub fn within(&self) -> f64 {
         self.of.within
     }
 
     /// The functions at these contact rows of `bodies`; none where the modes consist of others as well there.
-    fn shapes(&self, bodies: &CoupledModel, rows: &[usize]) -> Option<Mat<f64>> {
+    fn shapes(&self, bodies: &CoupledModel, rows: &[usize], memory: &SpectrumMemory) -> Option<Mat<f64>> {
         let ends = [0, self.of.lower, self.modes];
-        let known = self.on_contact.get_or_init(|| ContactShapes::new(bodies, &self.basis, ends));
+        let make = || ContactShapes::new(bodies, &self.basis, ends, memory);
+        let known = self.on_contact.get_or_init(make);
         let is_known = known.is_of(bodies, rows);
-        let computed = if is_known { None } else { Some(ContactShapes::new(bodies, &self.basis, ends)) };
+        let computed = if is_known { None } else { Some(make()) };
         let on = computed.as_ref().unwrap_or(known);
         let largest = |of: &Vec<[f64; 2]>, k: usize| rows.iter().map(|&row| of[row][k]).fold(0.0, f64::max).sqrt();
         let covered = on.squares.iter().all(|of| largest(of, 1) <= ROUNDING * largest(of, 0));
@@ -284,26 +268,32 @@ impl ModalCompliance {
     }
 
     /// The modes of bodies that share the functions of which their modes were made.
-    fn of_factors(bodies: &CoupledModel, factors: &ModeFactors, within: f64) -> Option<Self> {
+    fn of_factors(bodies: &CoupledModel, factors: &ModeFactors, within: f64, memory: &SpectrumMemory) -> Option<Self> {
         let m = bodies.omega.len();
         let found = functions(factors.amplitudes.clone(), (FEW * m as f64) as usize)?;
         let basis = Mat::from_fn(found.len(), m, |i, j| found[i][j]);
         let blocks = [[0, found.len()]; 2];
-        Self::with_basis(bodies, (basis, blocks), within)
+        Self::with_basis(bodies, (basis, blocks), within, memory)
     }
 
-    fn new(bodies: &CoupledModel, psi: &Mat<f64>, within: f64) -> Option<Self> {
+    fn new(bodies: &CoupledModel, psi: &Mat<f64>, within: f64, memory: &SpectrumMemory) -> Option<Self> {
         let (m, lower) = (bodies.omega.len(), bodies.lower_modes);
-        Self::with_basis(bodies, basis(psi, [(0, lower), (lower, m)])?, within)
+        Self::with_basis(bodies, basis(psi, [(0, lower), (lower, m)])?, within, memory)
     }
 
     /// The modes with these amplitudes of the functions, of which each body has those from a first one on, so many.
-    fn with_basis(bodies: &CoupledModel, (basis, blocks): (Mat<f64>, [[usize; 2]; 2]), within: f64) -> Option<Self> {
+    fn with_basis(
+        bodies: &CoupledModel,
+        (basis, blocks): (Mat<f64>, [[usize; 2]; 2]),
+        within: f64,
+        memory: &SpectrumMemory,
+    ) -> Option<Self> {
         let (m, lower) = (bodies.omega.len(), bodies.lower_modes);
         let ends = [(0, lower), (lower, m)];
         let mut parts = Vec::new();
         for ((first, end), [at, count]) in ends.into_iter().zip(blocks) {
-            parts.push(Rc::new(ModeSet::new(bodies, (first, end), basis.as_ref().subrows(at, count), at)?));
+            let own = (basis.as_ref().subrows(at, count), at);
+            parts.push(Rc::new(ModeSet::new(bodies, (first, end), own, memory)?));
         }
         Self::of_parts(bodies, (parts, within), basis)
     }
@@ -315,7 +305,7 @@ impl ModalCompliance {
     }
 
     /// The same modes with stiffness and damping of `bodies`: that of a wheel that rotates has a share of its damping.
-    fn with_dynamics(&self, bodies: &CoupledModel) -> Option<Self> {
+    fn with_dynamics(&self, bodies: &CoupledModel, memory: &SpectrumMemory) -> Option<Self> {
         let ends = [0, self.of.lower, self.modes];
         let mut parts = Vec::new();
         for (part, of) in self.parts.iter().zip(ends.windows(2)) {
@@ -323,7 +313,7 @@ impl ModalCompliance {
                 true => part.clone(),
                 false => {
                     let basis = self.basis.as_ref().subrows(part.first, part.functions);
-                    Rc::new(ModeSet::new(bodies, (of[0], of[1]), basis, part.first)?)
+                    Rc::new(ModeSet::new(bodies, (of[0], of[1]), (basis, part.first), memory)?)
                 }
             });
         }

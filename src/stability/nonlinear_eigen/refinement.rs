@@ -27,7 +27,7 @@ pub(super) struct RefinedPairs {
     pub motions: Mat<C>,
 }
 
-impl NonlinearEigenproblem {
+impl NonlinearEigenproblem<'_> {
     /// Eigenpairs near `roots` of the polynomials; none where one does not settle there, or two become one.
     pub(super) fn refined(&self, roots: &[C]) -> Option<RefinedPairs> {
         let r = self.modes.rank;

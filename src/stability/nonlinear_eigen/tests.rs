@@ -95,11 +95,13 @@ fn inside(value: C, ratio: f64) -> bool {
 #[test]
 fn they_are_those_of_the_dense_pencil() {
     let s = interface();
+    let memory = SpectrumMemory::default();
     let pair = bodies(&s);
     let mut growing = 0;
     for (number, contact) in cases(&s, &pair).iter().enumerate() {
         let all = reduced::eigenpairs(&pair, contact, 1e-8).unwrap();
-        let found = eigenpairs(&pair, contact, 0.3, 1e-10).unwrap().unwrap_or_else(|| panic!("case {number}: none"));
+        let found =
+            eigenpairs(&pair, contact, [0.3, 1e-10], &memory).unwrap().unwrap_or_else(|| panic!("case {number}: none"));
         let listed = |of: &[Eigenpair]| of.iter().filter(|p| inside(p.value, 0.3)).cloned().collect::<Vec<_>>();
         let (want, got) = (listed(&all), listed(&found));
         assert!(want.len() >= MODES[0] + MODES[1] - 2, "case {number}: {} listed", want.len());
@@ -131,6 +133,7 @@ fn with_modes(s: &Interface, of: impl Fn(usize, usize) -> f64) -> CoupledModel {
 #[test]
 fn functions_are_shared_where_bodies_have_the_same() {
     let s = interface();
+    let memory = SpectrumMemory::default();
     let phase = |i: usize, k: usize, n: usize| ((1.3 + 0.4 * n as f64) * k as f64 + 0.7 * (i % 3) as f64).sin();
     let alike = with_modes(&s, |i, k| {
         let [x, y] = s.point(i / 3);
@@ -143,11 +146,13 @@ fn functions_are_shared_where_bodies_have_the_same() {
     });
     for (pair, blocks) in [(&alike, vec![[0, 6]]), (&apart, vec![[0, 4], [4, 2]])] {
         for (number, contact) in cases(&s, pair).iter().enumerate() {
-            LAST.set(LastState::default());
-            let problem = NonlinearEigenproblem::new(pair, contact, 0.3).unwrap().unwrap();
+            memory.remember(LastState::default());
+            let problem = NonlinearEigenproblem::new(pair, contact, 0.3, &memory).unwrap().unwrap();
             assert_eq!(problem.modes.blocks(), blocks);
             let all = reduced::eigenpairs(pair, contact, 1e-8).unwrap();
-            let found = eigenpairs(pair, contact, 0.3, 1e-10).unwrap().unwrap_or_else(|| panic!("case {number}: none"));
+            let found = eigenpairs(pair, contact, [0.3, 1e-10], &memory)
+                .unwrap()
+                .unwrap_or_else(|| panic!("case {number}: none"));
             let listed = |of: &[Eigenpair]| of.iter().filter(|p| inside(p.value, 0.3)).cloned().collect::<Vec<_>>();
             let (want, got) = (listed(&all), listed(&found));
             assert_eq!(got.len(), want.len(), "case {number}");
@@ -163,11 +168,12 @@ fn functions_are_shared_where_bodies_have_the_same() {
 #[test]
 fn eigenvalues_come_without_motions() {
     let s = interface();
+    let memory = SpectrumMemory::default();
     let pair = bodies(&s);
     for contact in cases(&s, &pair) {
-        let with = eigenpairs(&pair, &contact, 0.3, 1e-10).unwrap().unwrap();
-        LAST.set(LastState::default());
-        let without = eigenvalues(&pair, &contact, 0.3, 1e-10).unwrap().unwrap();
+        let with = eigenpairs(&pair, &contact, [0.3, 1e-10], &memory).unwrap().unwrap();
+        memory.remember(LastState::default());
+        let without = eigenvalues(&pair, &contact, [0.3, 1e-10], &memory).unwrap().unwrap();
         let upper: Vec<&Eigenpair> = with.iter().filter(|p| p.value.im > 0.0).collect();
         assert!(without.len() == upper.len() && upper.len() > 70);
         for (a, b) in without.iter().zip(upper) {
@@ -175,7 +181,7 @@ fn eigenvalues_come_without_motions() {
             assert!(a.modal.is_empty() && a.backward_error < 1e-12, "{}", a.backward_error);
         }
         // A tolerance below rounding is not met.
-        assert!(eigenvalues(&pair, &contact, 0.3, 1e-20).unwrap().is_none());
+        assert!(eigenvalues(&pair, &contact, [0.3, 1e-20], &memory).unwrap().is_none());
     }
 }
 
@@ -184,9 +190,10 @@ fn eigenvalues_come_without_motions() {
 #[test]
 fn errors_are_those_of_the_pencil() {
     let s = interface();
+    let memory = SpectrumMemory::default();
     let pair = bodies(&s);
     for contact in cases(&s, &pair) {
-        let problem = NonlinearEigenproblem::new(&pair, &contact, 0.3).unwrap().unwrap();
+        let problem = NonlinearEigenproblem::new(&pair, &contact, 0.3, &memory).unwrap().unwrap();
         let roots = problem.roots().unwrap();
         let pencil = assemble(&pair, &contact, None).unwrap();
         let scaled = BackwardErrors::new(&problem.modes, &problem.contact.rows);
@@ -224,10 +231,11 @@ fn errors_are_those_of_the_pencil() {
 #[test]
 fn modes_are_kept_for_the_same_bodies() {
     let s = interface();
+    let memory = SpectrumMemory::default();
     let pair = bodies(&s);
     let (all, some): (Vec<usize>, Vec<usize>) = ((0..3 * s.len()).collect(), (60..90).collect());
-    let (first, _) = ModalCompliance::build(&pair, &all, 1.9).unwrap();
-    let (again, shapes) = ModalCompliance::build(&pair, &some, 1.9).unwrap();
+    let (first, _) = ModalCompliance::build(&pair, &all, 1.9, &memory).unwrap();
+    let (again, shapes) = ModalCompliance::build(&pair, &some, 1.9, &memory).unwrap();
     assert!(Rc::ptr_eq(&first, &again));
     let asked = pair.modes.as_ref() * again.contact_basis().transpose();
     for (row, j) in (0..3 * s.len()).flat_map(|row| (0..again.rank).map(move |j| (row, j))) {
@@ -237,19 +245,20 @@ fn modes_are_kept_for_the_same_bodies() {
     // A row that moves as none did.
     let mut other = pair.clone();
     other.modes[(70, 3)] += 0.01;
-    assert!(!Rc::ptr_eq(&first, &ModalCompliance::build(&other, &some, 1.9).unwrap().0));
+    assert!(!Rc::ptr_eq(&first, &ModalCompliance::build(&other, &some, 1.9, &memory).unwrap().0));
     let mut damped = pair.clone();
     damped.damping = damped.damping.with_diagonal(&[0.1; MODES[0] + MODES[1]]);
-    assert!(!Rc::ptr_eq(&first, &ModalCompliance::build(&damped, &some, 1.9).unwrap().0));
+    assert!(!Rc::ptr_eq(&first, &ModalCompliance::build(&damped, &some, 1.9, &memory).unwrap().0));
 }
 
 /// The count detects a missing eigenvalue: where an unlisted one stands in the place of a listed one, each is single.
 #[test]
 fn one_that_is_missing_is_noticed() {
     let s = interface();
+    let memory = SpectrumMemory::default();
     let pair = bodies(&s);
     for contact in cases(&s, &pair) {
-        let problem = NonlinearEigenproblem::new(&pair, &contact, 0.3).unwrap().unwrap();
+        let problem = NonlinearEigenproblem::new(&pair, &contact, 0.3, &memory).unwrap().unwrap();
         let roots = problem.roots().unwrap();
         assert_eq!(problem.missing(&roots), Some(0));
         let all = reduced::eigenpairs(&pair, &contact, 1e-8).unwrap();
@@ -264,7 +273,7 @@ fn one_that_is_missing_is_noticed() {
         // They are found again, with others in their places.
         let some: Vec<C> = roots.iter().copied().skip(3).chain([other]).collect();
         assert_eq!(problem.missing(&some), Some(6));
-        LAST.set(LastState { poles: problem.modes.poles.clone(), roots: some, ..LastState::default() });
+        memory.remember(LastState { poles: problem.modes.poles.clone(), roots: some, ..LastState::default() });
         let again = problem.roots().unwrap();
         for root in roots.iter().filter(|v| problem.aside(**v) <= 0.0) {
             assert!(again.iter().any(|v| (v - root).norm() < 1e-10 * root.norm()), "{root} is missing");
@@ -277,20 +286,21 @@ fn one_that_is_missing_is_noticed() {
 #[test]
 fn roots_go_on_from_state_to_state() {
     let s = interface();
+    let memory = SpectrumMemory::default();
     let pair = bodies(&s);
     let problem = |friction: f64| {
         let contact = contact(&s, &pair, FrictionLaw::Constant(friction), 0.01);
-        NonlinearEigenproblem::new(&pair, &contact, 0.3).unwrap().unwrap()
+        NonlinearEigenproblem::new(&pair, &contact, 0.3, &memory).unwrap().unwrap()
     };
     let mut ahead = 0;
     for friction in [0.3, 0.31, 0.32, 0.33, 0.31, 0.3, 0.36] {
         let problem = problem(friction);
-        let last = LAST.with_borrow(LastState::clone);
+        let last = memory.last();
         let starts = last.predicted(&problem.compared());
         let found = problem.roots().unwrap();
-        LAST.set(LastState::default());
+        memory.remember(LastState::default());
         let anew = problem.roots().unwrap();
-        LAST.set(last.clone());
+        memory.remember(last.clone());
         assert_eq!(problem.roots().unwrap().len(), found.len());
         for root in anew.iter().filter(|v| problem.aside(**v) <= 0.0) {
             let near = |of: &[C]| of.iter().map(|v| (v - root).norm()).fold(f64::INFINITY, f64::min);
@@ -306,13 +316,14 @@ fn roots_go_on_from_state_to_state() {
 #[test]
 fn roots_go_on_to_other_bodies() {
     let s = interface();
+    let memory = SpectrumMemory::default();
     let pair = bodies(&s);
     let mut damped = pair.clone();
     damped.damping = damped.damping.with_diagonal(&[0.1; MODES[0] + MODES[1]]);
     let contact = contact(&s, &pair, FrictionLaw::Constant(0.3), 0.01);
-    let problem = |pair: &CoupledModel| NonlinearEigenproblem::new(pair, &contact, 0.3).unwrap().unwrap();
+    let problem = |pair: &CoupledModel| NonlinearEigenproblem::new(pair, &contact, 0.3, &memory).unwrap().unwrap();
     let anew = |pair: &CoupledModel| {
-        LAST.set(LastState::default());
+        memory.remember(LastState::default());
         problem(pair).roots().unwrap()
     };
     let (first, want) = (anew(&pair), anew(&damped));
@@ -324,27 +335,28 @@ fn roots_go_on_to_other_bodies() {
         }
     };
     // From those of the other bodies.
-    LAST.set(LastState { poles: problem(&pair).modes.poles.clone(), roots: first, ..LastState::default() });
+    memory.remember(LastState { poles: problem(&pair).modes.poles.clone(), roots: first, ..LastState::default() });
     let other = problem(&damped);
-    LAST.with_borrow(|last| assert!(last.is_near(&other.modes.poles) && last.poles != other.modes.poles));
+    let last = memory.last();
+    assert!(last.is_near(&other.modes.poles) && last.poles != other.modes.poles);
     same(&other, &other.roots().unwrap());
     // From the dense pencil.
-    LAST.set(LastState::default());
-    begin_at(reduced::eigenpairs(&damped, &contact, 1e-8).unwrap().iter().map(|p| p.value));
-    let starts = LAST.with_borrow(|last| last.roots.clone());
+    memory.remember(LastState::default());
+    memory.begin_at(reduced::eigenpairs(&damped, &contact, 1e-8).unwrap().iter().map(|p| p.value));
+    let starts = memory.last().roots;
     assert!(want.iter().filter(|v| inside(&other, v)).all(|v| near(&starts, v) < 1e-9 * v.norm()));
     same(&other, &other.roots().unwrap());
 }
 
 /// A state that others are continued from, and its spectrum with some of the least damped eigenvalues tracked.
-fn begun(s: &Interface, pair: &CoupledModel, tracked: usize) -> (LastSpectrum, KnownSpectrum) {
-    LastSpectrum::default().restore();
+fn begun(s: &Interface, pair: &CoupledModel, tracked: usize, memory: &SpectrumMemory) -> (LastSpectrum, KnownSpectrum) {
+    memory.restore(&LastSpectrum::default());
     let base = contact(s, pair, FrictionLaw::Constant(0.3), 0.01);
-    let mut all = eigenpairs(pair, &base, 0.3, 1e-10).unwrap().unwrap();
+    let mut all = eigenpairs(pair, &base, [0.3, 1e-10], memory).unwrap().unwrap();
     all.retain(|p| p.value.im > 0.0);
     all.sort_by(|a, b| a.damping_ratio().total_cmp(&b.damping_ratio()));
     let wanted: Vec<C> = all.iter().take(tracked).map(|p| p.value).collect();
-    let state = LastSpectrum::present();
+    let state = memory.present();
     let known = KnownSpectrum::of_state(&state, &wanted).unwrap();
     assert_eq!(known.tracked(), tracked);
     (state, known)
@@ -354,10 +366,10 @@ fn begun(s: &Interface, pair: &CoupledModel, tracked: usize) -> (LastSpectrum, K
 fn continuation(
     bodies: &CoupledModel,
     contact: &LinearContact,
-    known: &KnownSpectrum,
-    counted: bool,
+    (known, counted): (&KnownSpectrum, bool),
+    memory: &SpectrumMemory,
 ) -> Option<TrackedSpectrum> {
-    track(bodies, contact, known, [0.3, 1e-10], &|_| counted).unwrap()
+    track(bodies, contact, known, [0.3, 1e-10], &|_| counted, memory).unwrap()
 }
 
 /// Eigenvalues that are continued from another friction, creepage and damping, many or a few of them, are those of the
@@ -365,16 +377,18 @@ fn continuation(
 #[test]
 fn continued_eigenvalues_are_those_of_the_dense_pencil() {
     let s = interface();
+    let memory = SpectrumMemory::default();
     let pair = bodies(&s);
     let mut damped = pair.clone();
     damped.damping = damped.damping.with_diagonal(&[0.1; MODES[0] + MODES[1]]);
     let mut growing = 0;
     for tracked in [40, 12] {
-        let (state, known) = begun(&s, &pair, tracked);
+        let (state, known) = begun(&s, &pair, tracked, &memory);
         for (bodies, friction, lateral) in [(&pair, 0.31, 0.01), (&pair, 0.28, 0.012), (&damped, 0.305, 0.0095)] {
-            state.restore();
+            memory.restore(&state);
             let contact = contact(&s, bodies, FrictionLaw::Constant(friction), lateral);
-            let found = continuation(bodies, &contact, &known, true).unwrap_or_else(|| panic!("{friction}: none"));
+            let found =
+                continuation(bodies, &contact, (&known, true), &memory).unwrap_or_else(|| panic!("{friction}: none"));
             let all = reduced::eigenpairs(bodies, &contact, 1e-8).unwrap();
             assert_eq!(found.pairs.len(), tracked);
             for f in &found.pairs {
@@ -394,8 +408,8 @@ fn continued_eigenvalues_are_those_of_the_dense_pencil() {
             assert!(grows.all(|w| is_found(&w)), "{tracked}, {friction}");
             assert!(tracked < 40 || found.count == Count::Complete, "{friction}");
             // Whether it is made or not, the eigenvalues are the same.
-            state.restore();
-            let without = continuation(bodies, &contact, &known, false).unwrap();
+            memory.restore(&state);
+            let without = continuation(bodies, &contact, (&known, false), &memory).unwrap();
             assert_eq!(without.count, Count::NotAsked);
             assert!(without.pairs.iter().zip(&found.pairs).all(|(a, b)| a.value == b.value));
         }
@@ -407,12 +421,13 @@ fn continued_eigenvalues_are_those_of_the_dense_pencil() {
 #[test]
 fn continued_eigenvalues_do_not_depend_on_those_before() {
     let s = interface();
+    let memory = SpectrumMemory::default();
     let pair = bodies(&s);
-    let (state, known) = begun(&s, &pair, 40);
+    let (state, known) = begun(&s, &pair, 40, &memory);
     let at = |friction: f64| {
-        state.restore();
+        memory.restore(&state);
         let contact = contact(&s, &pair, FrictionLaw::Constant(friction), 0.01);
-        let found = continuation(&pair, &contact, &known, false).unwrap();
+        let found = continuation(&pair, &contact, (&known, false), &memory).unwrap();
         found.pairs.iter().flat_map(|p| [p.value.re.to_bits(), p.value.im.to_bits()]).collect::<Vec<u64>>()
     };
     let first = at(0.31);
@@ -424,28 +439,30 @@ fn continued_eigenvalues_do_not_depend_on_those_before() {
 #[test]
 fn growth_that_is_not_tracked_is_noticed() {
     let s = interface();
+    let memory = SpectrumMemory::default();
     let pair = bodies(&s);
-    let (state, known) = begun(&s, &pair, 40);
+    let (state, known) = begun(&s, &pair, 40, &memory);
     let growing = known.tracked.iter().position(|v| v.re > 0.0).expect("one that grows");
     let contact = contact(&s, &pair, FrictionLaw::Constant(0.31), 0.01);
     let root = known.tracked[growing];
     let wanted: Vec<C> = known.tracked.iter().copied().filter(|v| *v != root).collect();
     let found = |of: &dyn Fn(C) -> C| {
-        state.restore();
+        memory.restore(&state);
         let mut other = KnownSpectrum::of_state(&state, &wanted).unwrap();
         other.others.iter_mut().filter(|v| **v == root).for_each(|v| *v = of(root));
-        continuation(&pair, &contact, &other, true).map(|found| found.count)
+        continuation(&pair, &contact, (&other, true), &memory).map(|found| found.count)
     };
     assert_eq!(found(&|v| v), None, "taken for another one");
     assert_eq!(found(&|v| C::new(-0.01 * v.im, v.im)), Some(Count::Refused), "not counted");
-    state.restore();
-    assert_eq!(continuation(&pair, &contact, &known, true).map(|found| found.count), Some(Count::Complete));
+    memory.restore(&state);
+    assert_eq!(continuation(&pair, &contact, (&known, true), &memory).map(|found| found.count), Some(Count::Complete));
 }
 
 /// Modes that friction which falls drives harder than they oscillate have real eigenvalues, which no root stands for.
 #[test]
 fn growth_without_oscillation_is_left_to_the_dense_pencil() {
     let s = interface();
+    let memory = SpectrumMemory::default();
     let pair = bodies(&s);
     let mut contact = contact(&s, &pair, FrictionLaw::Constant(0.3), 0.01);
     for n in &mut contact.nodes {
@@ -456,5 +473,5 @@ fn growth_without_oscillation_is_left_to_the_dense_pencil() {
     let all = reduced::eigenpairs(&pair, &contact, 1e-6).unwrap();
     let real = all.iter().filter(|p| p.value.im == 0.0 && p.value.re > 0.0).count();
     assert!(real > 0, "nothing grows without oscillating");
-    assert!(eigenpairs(&pair, &contact, 0.3, 1e-8).unwrap().is_none());
+    assert!(eigenpairs(&pair, &contact, [0.3, 1e-8], &memory).unwrap().is_none());
 }

@@ -11,10 +11,9 @@
 //! the right half-plane but those that are missing. For the count the contact is interpolated over the frequencies of
 //! all modes.
 
-use super::last_spectrum::LastSpectrum;
 use super::modal_compliance::SampledCompliance;
 use super::refinement::RefinedPairs;
-use super::{NonlinearEigenproblem, C, CONTINUED, FAR};
+use super::{LastSpectrum, NonlinearEigenproblem, SpectrumMemory, C, CONTINUED, FAR};
 use crate::contact::LinearContact;
 use crate::model::CoupledModel;
 use crate::stability::reduced::{check, Eigenpair};
@@ -101,6 +100,7 @@ pub fn track(
     known: &KnownSpectrum,
     [ratio, tolerance]: [f64; 2],
     is_counted: &dyn Fn(&[Eigenpair]) -> bool,
+    memory: &SpectrumMemory,
 ) -> Result<Option<TrackedSpectrum>> {
     check(bodies, contact)?;
     // One that grows and stays where it was would stand for one that is missing.
@@ -108,7 +108,7 @@ pub fn track(
         return Ok(None);
     }
     let given = Some((&known.relaxations[..], known.range()));
-    let Some(mut problem) = NonlinearEigenproblem::with_relaxations(bodies, contact, ratio, given)? else {
+    let Some(mut problem) = NonlinearEigenproblem::with_relaxations(bodies, contact, (ratio, given), memory)? else {
         return Ok(None);
     };
     let Some(mut roots) = problem.tracked(known) else { return Ok(None) };
@@ -137,7 +137,7 @@ fn frequencies(roots: &[C]) -> Vec<f64> {
     kept
 }
 
-impl NonlinearEigenproblem {
+impl NonlinearEigenproblem<'_> {
     /// The tracked roots of `known` here.
     fn tracked(&self, known: &KnownSpectrum) -> Option<Vec<C>> {
         let first = known.others.len();

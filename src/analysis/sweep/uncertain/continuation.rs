@@ -11,7 +11,7 @@ use crate::job::Job;
 use crate::output::datasets::sweep::{EigenvalueSearch, Followed, Outcome};
 use crate::stability::nonlinear_eigen::{Count, KnownSpectrum, LastSpectrum};
 use crate::stability::reduced::Eigenpair;
-use crate::stability::{grows, spectrum, track, Spectrum};
+use crate::stability::{grows, track, Spectrum};
 use crate::{Error, Result};
 
 /// Result of a continuation from a base point.
@@ -100,7 +100,7 @@ impl Study<'_> {
         is_counted: &dyn Fn(&[Eigenpair]) -> bool,
     ) -> Result<Continuation> {
         for known in &base.known {
-            base.state.restore();
+            self.memory.restore(&base.state);
             match self.continued((model.again(), point), (survey, base, known), is_counted)? {
                 None => continue,
                 Some((outcome, Count::Complete)) => return Ok(Continuation::Found(outcome, true)),
@@ -118,9 +118,9 @@ impl Study<'_> {
         (survey, base): (&Survey, &BasePoint),
         failed: &Continuation,
     ) -> Result<Outcome> {
-        base.state.restore();
+        self.memory.restore(&base.state);
         let lower = model.lower_modes();
-        let (outcome, found, _) = model.solved(point, base.rolling.as_ref(), &mut spectrum)?;
+        let (outcome, found, _) = model.solved(point, base.rolling.as_ref(), &mut self.search())?;
         let search = match failed {
             _ if base.known.is_empty() => EigenvalueSearch::Whole,
             Continuation::Refused(n) if survey.near.is_some() && *n != outcome.unstable() => EigenvalueSearch::Missed,
@@ -160,7 +160,7 @@ impl Study<'_> {
         mut model: StudyModel,
         (points, number): (&[Option<Job>], usize),
     ) -> Result<BasePoint> {
-        first.map_or_else(LastSpectrum::default, |first| first.state.clone()).restore();
+        self.memory.restore(&first.map_or_else(LastSpectrum::default, |first| first.state.clone()));
         model.renew();
         match point_of(points, number).and_then(|point| self.base(model, point)) {
             Err(e) if goes_on(&e) => Ok(BasePoint::failed(e)),
@@ -171,11 +171,11 @@ impl Study<'_> {
     /// A base point, whose eigenvalues are searched for as a whole.
     fn base(&self, mut model: StudyModel, point: &Job) -> Result<BasePoint> {
         let lower = model.lower_modes();
-        let (outcome, found, rolling) = model.solved(point, None, &mut spectrum)?;
+        let (outcome, found, rolling) = model.solved(point, None, &mut self.search())?;
         let followed = self.followed(&found, lower);
         let candidates = if self.bases.continues() { self.candidates(&found, &followed, lower) } else { Vec::new() };
         let outcome = Ok(Outcome { followed, ..outcome });
-        Ok(BasePoint { outcome, state: LastSpectrum::present(), candidates, known: Vec::new(), rolling })
+        Ok(BasePoint { outcome, state: self.memory.present(), candidates, known: Vec::new(), rolling })
     }
 
     /// A point whose eigenvalues are continued from those that are `known` of its base; none where they could not be.
@@ -188,7 +188,7 @@ impl Study<'_> {
         let lower = model.lower_modes();
         let mut count = None;
         let (outcome, found, _) = model.solved(point, base.rolling.as_ref(), &mut |stability, pair, linear| {
-            let found = track(stability, pair, linear, known, is_counted)?;
+            let found = track(stability, pair, linear, known, is_counted, &self.memory)?;
             count = found.as_ref().map(|f| f.1);
             Ok(found.map_or_else(Spectrum::default, |f| f.0))
         })?;

@@ -1,15 +1,10 @@
 //! Modes as the contact has them.
 
+use super::super::SpectrumMemory;
 use crate::model::CoupledModel;
 use faer::Mat;
-use std::cell::RefCell;
 use std::rc::Rc;
 use std::sync::Arc;
-
-thread_local! {
-    /// Modes at the contact rows; all states of the same bodies share them.
-    static SHAPES: RefCell<Option<Rc<Mat<f64>>>> = const { RefCell::new(None) };
-}
 
 /// The modes at all contact rows by the functions of which they consist at some of them.
 pub(super) struct ContactShapes {
@@ -26,11 +21,11 @@ pub(super) struct ContactShapes {
 impl ContactShapes {
     /// The modes of `bodies` at the contact, of which those of each body lie between two of `ends`, by functions with
     /// the amplitudes `basis`.
-    pub(super) fn new(bodies: &CoupledModel, basis: &Mat<f64>, ends: [usize; 3]) -> Self {
+    pub(super) fn new(bodies: &CoupledModel, basis: &Mat<f64>, ends: [usize; 3], memory: &SpectrumMemory) -> Self {
         let psi = &bodies.modes;
-        let kept = SHAPES.with_borrow(|last| last.clone().filter(|last| **last == *psi));
+        let kept = memory.shapes.borrow().clone().filter(|last| **last == *psi);
         let shapes = kept.unwrap_or_else(|| Rc::new(psi.clone()));
-        SHAPES.set(Some(shapes.clone()));
+        memory.shapes.replace(Some(shapes.clone()));
         let functions = psi * basis.transpose();
         let left = psi - &functions * basis;
         let squares = [0, 1].map(|body| {

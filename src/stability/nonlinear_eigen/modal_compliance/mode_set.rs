@@ -4,23 +4,23 @@ use super::{CoupledModes, ModePoles, ModeSet, Reading, SingleMode, COUPLED, FEW,
 use crate::body::ModalMatrix;
 use crate::model::CoupledModel;
 use crate::stability::nonlinear_eigen::pole_sums::PoleSums;
-use crate::stability::nonlinear_eigen::C;
+use crate::stability::nonlinear_eigen::{SpectrumMemory, C};
 use faer::{Mat, MatRef};
 
 impl ModeSet {
     /// The modes from `first` to before `end`, whose amplitudes of the functions are in `basis`, `[functions, modes
-    /// of both]`.
+    /// of both]`, of which the first one is function `at` of both bodies.
     pub(super) fn new(
         bodies: &CoupledModel,
         (first, end): (usize, usize),
-        basis: MatRef<'_, f64>,
-        at: usize,
+        (basis, at): (MatRef<'_, f64>, usize),
+        memory: &SpectrumMemory,
     ) -> Option<Self> {
         let functions = basis.nrows();
         let (mut singles, mut groups) = (Vec::new(), Vec::new());
         for modes in coupled(bodies, first, end) {
             if modes.len() > 1 {
-                groups.push(CoupledModes::new(bodies, modes, basis)?);
+                groups.push(CoupledModes::new(bodies, modes, basis, memory)?);
                 continue;
             }
             let mode = modes[0];
@@ -120,10 +120,15 @@ impl ModeSet {
 }
 
 impl CoupledModes {
-    pub(super) fn new(bodies: &CoupledModel, modes: Vec<usize>, basis: MatRef<'_, f64>) -> Option<Self> {
+    pub(super) fn new(
+        bodies: &CoupledModel,
+        modes: Vec<usize>,
+        basis: MatRef<'_, f64>,
+        memory: &SpectrumMemory,
+    ) -> Option<Self> {
         let s = modes.len();
         let block = |of: &ModalMatrix| Mat::from_fn(s, s, |i, j| of.get(modes[i], modes[j]));
-        let own = ModePoles::of(block(&bodies.stiffness), block(&bodies.damping))?;
+        let own = ModePoles::of(block(&bodies.stiffness), block(&bodies.damping), memory)?;
         let driven = &own.onto * Mat::from_fn(s, basis.nrows(), |i, j| C::from(basis[(j, modes[i])]));
         Some(Self { modes, own, driven })
     }
