@@ -1,5 +1,4 @@
-//! What a search for eigenvalues takes on from the states before: their roots as starts, and what was made of the
-//! bodies.
+//! Memory of a search for eigenvalues of the states before: their roots as starts, and what was made of the bodies.
 
 use super::modal_compliance::{ModalCompliance, ModePoles};
 use super::{C, FAR, REAL, STRAIGHT};
