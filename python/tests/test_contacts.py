@@ -70,3 +70,24 @@ def test_second_contacts_are_compared(two: Path, tmp_path: Path) -> None:
     with Result(two) as a, Result(other) as b:
         text, same = compare.text(a, b, 1e-6)
     assert not same and "contact_2/gap" in text
+
+
+def test_a_creep_curve_has_the_forces_of_each_contact(two: Path, tmp_path: Path) -> None:
+    with h5py.File(two, "a") as file:
+        for group, change in (("creep_curve", 0.0), ("creep_curve_2", -0.004)):
+            eta = np.array([0.002, 0.004, 0.01]) + change
+            force = np.stack([0 * eta, -100 * np.tanh(500 * eta), np.full(3, -1000.0)], axis=1)
+            dataset(file, f"{group}/lateral", eta)
+            dataset(file, f"{group}/force", force, "N")
+            dataset(file, f"{group}/stick_share", np.array([0.5, 0.2, 0.0]))
+        dataset(file, "creep_curve/status", np.zeros(3, dtype=np.int32))
+    with Result(two) as result:
+        made = draw(result, Canvas(tmp_path / "out", result.stem, resolution=30))
+        page, *tables = report.write(result, tmp_path / "report")
+    assert [p.stem for p in made if "creep" in p.stem] == ["two-creep-curve"]
+    (path,) = [p for p in tables if p.stem.endswith("-forces")]
+    with path.open(encoding="utf-8") as file:
+        rows = {row["point"]: row for row in csv.DictReader(file) if row["analysis"] == "creep_curve"}
+    assert len(rows) == 6
+    assert float(rows["contact 2, lateral 0.0"]["force_y_N"]) == 0.0
+    assert float(rows["lateral 0.01"]["force_y_N"]) == pytest.approx(-100 * np.tanh(5))

@@ -116,6 +116,6 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     for value in x[curve.status[order] != 0]:
         for axis in axes:
             axis.axvline(value, color=GREY, linestyle=(0, (1, 2)), linewidth=0.8, label="failed point")
-    axes[-1].set_xlabel(label)
+    axes[-1].set_xlabel(label + (", contact 1" if CreepCurve.further(result) else ""))
     legend(figure, list(axes))
     return canvas.save(figure, "creep-curve")
