@@ -142,6 +142,9 @@ fn inside<'m>(
     Ok(Some((problem, roots)))
 }
 
+/// Relaxations near those of a contact, 1/s, and the range of angular frequencies over which it is interpolated, rad/s.
+type KnownContact<'k> = (&'k [C], [f64; 2]);
+
 /// The problem in what the contact sees.
 struct NonlinearEigenproblem<'m> {
     /// State before this one, and this one once it is solved.
@@ -167,12 +170,11 @@ impl<'m> NonlinearEigenproblem<'m> {
         Self::with_relaxations(bodies, contact, (ratio, None), memory)
     }
 
-    /// The same with `known` relaxations that are near those of this contact, and the contact interpolated over a range
-    /// of angular frequencies alone.
+    /// The same with what is `known` of this contact.
     fn with_relaxations(
         bodies: &CoupledModel,
         contact: &LinearContact,
-        (ratio, known): (f64, Option<(&[C], [f64; 2])>),
+        (ratio, known): (f64, Option<KnownContact>),
         memory: &'m SpectrumMemory,
     ) -> Result<Option<Self>> {
         if !(ratio <= LISTED) || contact.nodes.is_empty() {
