@@ -20,6 +20,7 @@ import surfaces
 import tables
 import truncation
 import tutorial
+import wheelset
 from program import KEPT
 
 import cycles
@@ -50,6 +51,7 @@ STUDIES = {
     "multibody": multibody.compared,
     "tables": tables.written,
     "tutorial": tutorial.performed,
+    "wheelset": wheelset.meshed,
 }
 
 
