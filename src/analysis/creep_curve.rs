@@ -35,9 +35,8 @@ pub(super) fn run(run: &mut Run, wanted: &CreepCurve, contact: &job::Contact, mo
         values.iter().enumerate().map(point).collect::<Result<Vec<CreepCurvePoint>>>()
     })?;
     if let Some(points) = points {
-        summarise(wanted, contact, &points, &mut run.summary);
-        let first = contact.creepage.component(wanted.key);
-        let changes: Vec<f64> = contact.all().map(|one| one.creepage.component(wanted.key) - first).collect();
+        let changes = changes(wanted, contact);
+        summarise(wanted, (contact, &changes), &points, &mut run.summary);
         run.file.tables(tables(wanted, &points, &changes, job.analyses.stability.is_some()));
     }
     Ok(())
@@ -78,15 +77,11 @@ impl<'a> Curve<'a> {
     fn solved(&self, continuation: &mut Continuation, value: f64) -> Result<CreepCurvePoint> {
         let contact = self.contact.with_creepage_at(self.wanted.key, value);
         let solution = continuation.solve(kinematics(&contact))?;
-        let mut contacts = Vec::new();
-        for (number, one) in contact.all().enumerate() {
+        let of_contact = |(number, one)| {
             let baseline = self.baseline((one, number), &solution)?;
-            contacts.push(CurveContact {
-                value: one.creepage.component(self.wanted.key),
-                baseline,
-                ..of_contact(&self.model.interface, &solution, number)
-            });
-        }
+            Ok(CurveContact { baseline, ..of_contact(&self.model.interface, &solution, number) })
+        };
+        let contacts = contact.all().enumerate().map(of_contact).collect::<Result<Vec<_>>>()?;
         let (residual, iterations) = (solution.residual, solution.iterations);
         let mut point = CreepCurvePoint {
             value,
@@ -125,14 +120,19 @@ impl Curve<'_> {
     }
 }
 
-/// State of the contact `number` of a solution on the interface `s`.
+/// Creepages of each contact over that of the first one, which they keep along the curve.
+fn changes(wanted: &CreepCurve, contact: &job::Contact) -> Vec<f64> {
+    let first = contact.creepage.component(wanted.key);
+    contact.all().map(|one| one.creepage.component(wanted.key) - first).collect()
+}
+
+/// State of the contact `number` of a solution on the interface `s`, without the laws of point contact.
 fn of_contact(s: &Interface, r: &SteadySolution, number: usize) -> CurveContact {
     let nodes = |status: u8| s.patches[number].nodes().filter(move |&i| r.state[i] == status);
     let area = |status: u8| nodes(status).map(|i| s.weight[i]).sum::<f64>();
     let (stick, slip) = (area(1), area(2));
     let resultant = &r.patches[number];
     CurveContact {
-        value: f64::NAN,
         force: resultant.force,
         moment_z: resultant.moment_z,
         approach: resultant.approach,
@@ -143,7 +143,12 @@ fn of_contact(s: &Interface, r: &SteadySolution, number: usize) -> CurveContact 
     }
 }
 
-fn summarise(wanted: &CreepCurve, contact: &job::Contact, points: &[CreepCurvePoint], summary: &mut Summary) {
+fn summarise(
+    wanted: &CreepCurve,
+    (contact, changes): (&job::Contact, &[f64]),
+    points: &[CreepCurvePoint],
+    summary: &mut Summary,
+) {
     let good: Vec<&CreepCurvePoint> = points.iter().filter(|p| p.status == 0).collect();
     let failed = points.len() - good.len();
     let iterations: usize = good.iter().map(|p| p.iterations).sum();
@@ -158,14 +163,15 @@ fn summarise(wanted: &CreepCurve, contact: &job::Contact, points: &[CreepCurvePo
         _ => format!("{value} {unit}"),
     };
     let at = |p: &CreepCurvePoint| said(p.value);
-    for (number, one) in contact.all().enumerate() {
-        let of_contact = good.iter().filter_map(|p| p.contacts.get(number));
-        let Some(most) = of_contact.max_by(|a, b| friction(a).total_cmp(&friction(b))) else { continue };
+    for (number, (one, change)) in contact.all().zip(changes).enumerate() {
+        let of_contact = good.iter().filter_map(|p| Some((p.value + change, p.contacts.get(number)?)));
+        let largest = of_contact.max_by(|a, b| friction(a.1).total_cmp(&friction(b.1)));
+        let Some((value, most)) = largest else { continue };
         let limit = -most.force[2] * one.friction.coefficient(0.0);
         let part = if limit > 0.0 { format!(", {:.4} of μN", friction(most) / limit) } else { String::new() };
         let which = if contact.further.is_empty() { String::new() } else { format!(", contact {}", number + 1) };
         let name = format!("largest friction{which}");
-        summary.value(&name, format!("{:.6e} N{part}, at {}", friction(most), said(most.value)));
+        summary.value(&name, format!("{:.6e} N{part}, at {}", friction(most), said(value)));
     }
     if good.iter().any(|p| p.least_stable.is_some()) {
         let growing: Vec<&&CreepCurvePoint> = good.iter().filter(|p| p.least_stable.is_some_and(|l| l.1)).collect();

@@ -218,6 +218,24 @@ mod tests {
         assert_eq!(found[1].to_string(), "x.b ([1,2] there, [1,3] here)");
     }
 
+    /// Histories of further contacts, and of a load that contacts share, are compared as those of the first one.
+    #[test]
+    fn a_run_may_go_on_with_other_histories_of_further_contacts() {
+        let with = |histories: Value| json!({ "analyses": { "transient": { "histories": histories } } });
+        let job = |further: Value| with(json!({ "further": further }));
+        let first = job(json!([{}, { "normal_load": [[0, 500], [1, 500]] }]));
+        let bent = job(json!([{}, { "normal_load": [[0, 500], [0.3, 500], [1, 900]] }]));
+        assert_eq!(run_differences(&first, &bent, 0.3), [] as [&str; 0]);
+        let key = "analyses.transient.histories.further.1.normal_load";
+        assert_eq!(run_differences(&first, &bent, 0.31), [key]);
+        assert_eq!(run_differences(&job(json!([])), &first, 0.1), [key]);
+        let shared = |load: f64| with(json!({ "vertical_load": [[0, 500], [1, load]] }));
+        assert_eq!(
+            run_differences(&shared(500.0), &shared(600.0), 0.1),
+            ["analyses.transient.histories.vertical_load"]
+        );
+    }
+
     /// Histories before the completed steps must be the same; later ones may differ.
     #[test]
     fn a_run_may_go_on_longer_and_with_other_histories() {

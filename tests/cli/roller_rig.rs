@@ -214,8 +214,8 @@ fn a_creep_curve_of_a_rig_is_that_of_its_wheels() {
     }
 }
 
-/// Loads and creepages of each contact may change in time: constant tables say the same as the keys, a load that grows
-/// is there at the end, and a run that is taken up may go on with other tables of later times alone.
+/// Loads and creepages of each contact may change in time: constant tables say the same as the keys, and a load that
+/// grows is there at each step.
 #[test]
 fn contacts_of_a_rig_have_histories_of_their_own() {
     let mut job = coarse(json!([{ "angle": 2.0, "normal_load": 600, "creepage": { "lateral": 0.004 } }]));

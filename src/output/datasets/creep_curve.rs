@@ -27,8 +27,6 @@ pub struct CreepCurvePoint {
 /// State of a contact at a point of a creep curve.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CurveContact {
-    /// Its creepage, in its unit.
-    pub value: f64,
     /// On body 1, N.
     pub force: [f64; 3],
     /// Moment of the tractions on body 1, N·m.
