@@ -18,6 +18,7 @@ NAMES: dict[str, tuple[str, str, str, str, float]] = {
     "contact.approach": ("approach", "δ", "m", "µm", 1e6),
     "contact.speed": ("rolling speed", "V", "m/s", "m/s", 1),
     "around.angle": ("angle of a further body around the lower one", "θ", "rad", "rad", 1),
+    "around.body": ("further body", "", "-", "", 1),
     "around.normal_load": ("normal load of a further body", "N", "N", "kN", 1e-3),
     "contact.from.wheel": ("wheel", "", "-", "", 1),
     "contact.compliance": ("compliance of the contact", "", "-", "", 1),
@@ -185,9 +186,9 @@ def quantity(path: str, units: str = "1", bodies: dict[str, str] | None = BODY_W
     `bodies` are the names of both bodies, or None where the name of the body is not to be added.
     """
     parts = plain(path).split(".")
-    place = (
-        f" of the {bodies[parts[1]]}" if bodies and parts[0] == "bodies" and parts[1:2] and parts[1] in bodies else ""
-    )
+    place = ""
+    if bodies and parts[0] == "bodies" and len(parts) > 2:
+        place = f" of {parts[2]}" if parts[1] == "others" else f" of the {bodies.get(parts[1], parts[1])}"
     for begin in range(len(parts)):
         found = NAMES.get(".".join(parts[begin:]))
         if found:

@@ -21,7 +21,7 @@ fn inputs(job: &Job, options: &RunOptions) -> Vec<(String, PathBuf)> {
     }
     let points = job.sweep.as_ref().map(|s| s.points.iter()).into_iter().flatten();
     for job in std::iter::once(job).chain(points) {
-        for (name, body) in job.bodies() {
+        for (name, body) in job.all_bodies() {
             if let Some(MeshSource::File(file)) = &body.mesh {
                 all.push((format!("bodies.{name}.mesh.file"), file.path().clone()));
             }

@@ -2,12 +2,12 @@
 
 use super::run::Run;
 use crate::body::modes::Extent;
-use crate::body::{Kind, ModeLabel, TraceModes};
+use crate::body::{Kind, ModeLabel, Side, TraceModes};
 use crate::case::bodies::BuiltBodies;
 use crate::case::display_modes::Pictures;
 use crate::case::rail;
 use crate::job::{Job, ModesExtent};
-use crate::model::{measure, shifts, waves, ModalRotation, RotatingWave};
+use crate::model::{measure, shifts, speeds, waves, ModalRotation, RotatingWave};
 use crate::output::{companion, write_modes, BodyPart, SequenceFile, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
@@ -48,7 +48,7 @@ pub fn list(run: &mut Run, places: &[(&'static str, usize)], modes: &[TraceModes
         run.file.tables(families(place, &modes.names));
         run.file.tables(validity(run, place)?);
         if let Some(rotation) = &modes.rotation {
-            rotating(run, place, &modes.omega, rotation)?;
+            rotating(run, place, modes, rotation)?;
         }
         if places.iter().find(|p| p.1 == body).is_some_and(|first| first.0 == place) {
             summarise(place, (&frequency, &modes.names), &mut run.summary);
@@ -132,13 +132,19 @@ pub fn broadcast(world: &World, modes: Option<Vec<TraceModes>>) -> Vec<TraceMode
 }
 
 /// Nodal diameters of the modes of a body that rotates, and its waves.
-fn rotating(run: &mut Run, place: &str, omega: &[f64], rotation: &ModalRotation) -> Result<()> {
+fn rotating(run: &mut Run, place: &str, modes: &TraceModes, rotation: &ModalRotation) -> Result<()> {
     let speed = run.job.angular_velocity(place);
+    let side = if place == "lower" { Side::Lower } else { Side::Upper };
+    let speeds = speeds(run.job, side, &modes.names, modes.omega.len());
     let list = |name: &str, units: &str, text: &str, values: Vec<f64>| {
         Table::list(&format!("/modes/{place}/{name}"), units, text, values)
     };
-    let waves = waves(omega, rotation, speed)?;
+    let waves = waves(&modes.omega, rotation, &speeds)?;
     let speed_text = "Angular velocity of the body; positive if its material passes the contact towards +x.";
+    if speeds.iter().any(|of| *of != speed) {
+        let text = "Angular velocity of the body of each mode, of several bodies around one.";
+        run.file.tables([list("angular_velocities", "rad/s", text, speeds.clone())]);
+    }
     run.file.tables([
         Table::scalar(&format!("/modes/{place}/angular_velocity"), "rad/s", speed_text, speed),
         list("diameters", "1", "Nodal diameters of each mode at rest.", rotation.diameters()),
@@ -155,13 +161,27 @@ fn rotating(run: &mut Run, place: &str, omega: &[f64], rotation: &ModalRotation)
             waves.iter().map(|w| w.diameters).collect(),
         ),
     ]);
+    if waves.is_empty() {
+        return Ok(());
+    }
     let named = |w: &RotatingWave| format!("{:.2} ({:+.0})", w.frequency, w.diameters);
     let listed: Vec<String> = waves.iter().take(6).map(named).collect();
     run.summary.value(
-        &format!("waves at {speed:.3} rad/s"),
+        &format!("waves at {} rad/s", distinct(&speeds)),
         format!("Hz (nodal diameters, + with the rotation): {} ...", listed.join(", ")),
     );
     Ok(())
+}
+
+/// Angular velocities in words, each once, in the order of the modes.
+fn distinct(speeds: &[f64]) -> String {
+    let mut all: Vec<String> = Vec::new();
+    for speed in speeds.iter().map(|speed| format!("{speed:.3}")) {
+        if !all.contains(&speed) {
+            all.push(speed);
+        }
+    }
+    all.join(", ")
 }
 
 /// Collective: on rank 0 the frequency from which on a rail is one of infinite length, of a body that is a rail.

@@ -171,7 +171,7 @@ fn summarise(contact: &job::Contact, (s, r): (&Interface, &SteadySolution), summ
             };
             let lies = match contact.around.is_empty() {
                 true => format!("contact angle {:.2} degrees", one.angle.to_degrees()),
-                false => format!("{} rad around the lower body", one.turned),
+                false => one.around_text(),
             };
             summary.line(format!("contact {}{wheel}{place}, {lies}", number + 1));
         }

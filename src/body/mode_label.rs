@@ -8,7 +8,7 @@ pub struct ModeLabel {
     /// Nodal diameters of a body of revolution; waves on the length of a rail.
     pub order: u32,
     /// Component with the largest motion, and how many modes of its kind lie below, such as "axial 0"; empty where only
-    /// the order is known.
+    /// the order is known. Of several bodies on one side of the contacts that of its own stands behind a comma.
     pub family: String,
 }
 
@@ -21,7 +21,20 @@ impl std::fmt::Display for ModeLabel {
     }
 }
 
+/// Between the family of a mode and the name of its body.
+const ON: &str = ", ";
+
 impl ModeLabel {
+    /// The same name on one of several bodies, the `body`.
+    pub(crate) fn on(&self, body: &str) -> Self {
+        Self { order: self.order, family: format!("{}{ON}{body}", self.family) }
+    }
+
+    /// Name of the body, of a mode of one of several.
+    pub(crate) fn body(&self) -> Option<&str> {
+        self.family.rsplit_once(ON).map(|(_, body)| body)
+    }
+
     /// Names of modes of which only the number of waves is known.
     pub(crate) fn of_orders(orders: &[f64]) -> Vec<Self> {
         orders.iter().map(|n| Self { order: n.round() as u32, family: String::new() }).collect()
@@ -51,5 +64,8 @@ mod tests {
     fn names_say_what_is_known() {
         assert_eq!(ModeLabel { order: 3, family: "axial 0".into() }.to_string(), "(3, axial 0)");
         assert_eq!(ModeLabel::of_orders(&[1.9999])[0].to_string(), "(2)");
+        let axial = ModeLabel { order: 3, family: "axial 0".into() };
+        assert_eq!((axial.body(), axial.on("idler").body()), (None, Some("idler")));
+        assert_eq!(axial.on("idler").to_string(), "(3, axial 0, idler)");
     }
 }

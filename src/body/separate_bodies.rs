@@ -19,6 +19,7 @@ use crate::parallel::World;
 use crate::swept::Infinite;
 use crate::{Error, Result};
 use faer::Mat;
+use std::collections::BTreeMap;
 
 /// One of some bodies that do not move each other.
 pub struct SeparateBody<'w> {
@@ -26,6 +27,8 @@ pub struct SeparateBody<'w> {
     pub name: String,
     /// Names of its modes; none: their own ones, with its name behind them.
     pub family: Option<String>,
+    /// Number of its section among them: bodies of one section have the same modes, seen at other places.
+    pub section: usize,
     /// The body.
     pub body: Box<dyn ElasticBody + 'w>,
 }
@@ -61,30 +64,42 @@ impl<'w> SeparateBodies<'w> {
         all
     }
 
-    /// Joins a square matrix of the modes of each body, `[m, m]`.
-    fn joined_squares(&self, each: &[&Mat<f64>]) -> Mat<f64> {
-        let count = self.order.len();
-        Mat::from_fn(count, count, |i, j| match (self.order[i], self.order[j]) {
-            ((a, k), (b, l)) if a == b => each[a][(k, l)],
-            _ => 0.0,
-        })
-    }
-
     /// Joins a list of the modes of each body; none where a body has none.
     fn joined_list<T: Clone>(&self, each: &[&Vec<T>]) -> Vec<T> {
-        self.order.iter().filter_map(|&(body, k)| each[body].get(k).cloned()).collect()
+        match each.iter().any(|list| list.is_empty()) {
+            true => Vec::new(),
+            false => self.order.iter().map(|&(body, k)| each[body][k].clone()).collect(),
+        }
     }
 
-    /// Joins the terms of rotation of the bodies, which turn all or none.
+    /// Joins a list of the modes of each body that a body may do without, which has zeros then; none where all do.
+    fn joined_numbers(&self, each: &[&Vec<f64>]) -> Vec<f64> {
+        match each.iter().all(|list| list.is_empty()) {
+            true => Vec::new(),
+            false => self.order.iter().map(|&(body, k)| each[body].get(k).copied().unwrap_or(0.0)).collect(),
+        }
+    }
+
+    /// Joins a square matrix of the modes of each body that it may do without, `[m, m]`; none where all do.
+    fn joined_squares(&self, each: &[Option<&Mat<f64>>]) -> Option<Mat<f64>> {
+        let count = self.order.len();
+        let entry = |i: usize, j: usize| match (self.order[i], self.order[j]) {
+            ((a, k), (b, l)) if a == b => each[a].map_or(0.0, |of| of[(k, l)]),
+            _ => 0.0,
+        };
+        each.iter().any(Option::is_some).then(|| Mat::from_fn(count, count, entry))
+    }
+
+    /// Joins the terms of rotation of the bodies that turn.
     fn joined_rotation(&self, each: &[TraceModes]) -> Option<ModalRotation> {
-        let all = each.iter().map(|of| of.rotation.as_ref()).collect::<Option<Vec<&ModalRotation>>>()?;
+        let all: Vec<Option<&ModalRotation>> = each.iter().map(|of| of.rotation.as_ref()).collect();
         let joined = |of: fn(&ModalRotation) -> &Mat<f64>| {
-            self.joined_squares(&all.iter().map(|rotation| of(rotation)).collect::<Vec<_>>())
+            self.joined_squares(&all.iter().map(|rotation| rotation.map(of)).collect::<Vec<_>>())
         };
         Some(ModalRotation {
-            gyroscopic: joined(|r| &r.gyroscopic),
-            stiffness: joined(|r| &r.stiffness),
-            derivative: joined(|r| &r.derivative),
+            gyroscopic: joined(|r| &r.gyroscopic)?,
+            stiffness: joined(|r| &r.stiffness)?,
+            derivative: joined(|r| &r.derivative)?,
         })
     }
 }
@@ -159,36 +174,32 @@ impl ElasticBody for SeparateBodies<'_> {
 
     fn modes(&mut self, extent: Extent, steps: &mut ProgressFn) -> Result<TraceModes> {
         let mut each: Vec<TraceModes> = Vec::new();
-        let mut found = None;
+        let mut known: BTreeMap<usize, CachedModes> = BTreeMap::new();
         for one in &mut self.bodies {
-            // Bodies of one section have the same modes, seen at other places.
-            if let Some(found) = &found {
+            if let Some(found) = known.get(&one.section) {
                 one.body.reuse_modes(found);
             }
             each.push(one.body.modes(extent, steps)?);
-            found = found.or(one.body.cached_modes());
+            if let Some(found) = one.body.cached_modes() {
+                known.entry(one.section).or_insert(found);
+            }
         }
         let mut order: Vec<(usize, usize)> = Vec::new();
         each.iter().enumerate().for_each(|(body, modes)| order.extend((0..modes.omega.len()).map(|k| (body, k))));
         order.sort_by(|a, b| each[a.0].omega[a.1].total_cmp(&each[b.0].omega[b.1]));
         self.order = order;
-        let on_root = |what: &str| Error::Defect(format!("{what} of one of some bodies are missing on rank 0"));
+        let missing = || Error::Defect("modes of one of some bodies are missing on rank 0".into());
         let (rows, damping) = match self.world.is_root() {
             false => (None, None),
             true => {
                 let rows = each.iter().map(|of| of.rows.as_ref()).collect::<Option<Vec<_>>>();
-                let damped: Vec<&Mat<f64>> = each.iter().filter_map(|of| of.damping.as_ref()).collect();
-                let damping = match damped.len() {
-                    0 => None,
-                    n if n == each.len() => Some(self.joined_squares(&damped)),
-                    _ => return Err(on_root("dampings")),
-                };
-                (Some(self.joined_modes(&rows.ok_or_else(|| on_root("modes"))?)), damping)
+                let damping = self.joined_squares(&each.iter().map(|of| of.damping.as_ref()).collect::<Vec<_>>());
+                (Some(self.joined_modes(&rows.ok_or_else(missing)?)), damping)
             }
         };
-        let label = |one: &SeparateBody, of: &ModeLabel| ModeLabel {
-            order: of.order,
-            family: one.family.clone().unwrap_or_else(|| format!("{}, {}", of.family, one.name)),
+        let label = |one: &SeparateBody, of: &ModeLabel| match &one.family {
+            Some(family) => ModeLabel { order: of.order, family: family.clone() },
+            None => of.on(&one.name),
         };
         let named = |(one, modes): (&SeparateBody, &TraceModes)| modes.names.iter().map(|of| label(one, of)).collect();
         let names: Vec<Vec<ModeLabel>> = self.bodies.iter().zip(&each).map(named).collect();
@@ -196,7 +207,7 @@ impl ElasticBody for SeparateBodies<'_> {
         Ok(TraceModes {
             omega: list(|of| &of.omega),
             residual: list(|of| &of.residual),
-            springs: list(|of| &of.springs),
+            springs: self.joined_numbers(&each.iter().map(|of| &of.springs).collect::<Vec<_>>()),
             names: self.joined_list(&names.iter().collect::<Vec<_>>()),
             reach: each.iter().map(|of| of.reach).fold(f64::INFINITY, f64::min),
             rotation: self.joined_rotation(&each),

@@ -120,9 +120,9 @@ fn place_of(place: &AbsorberPlace, section: &SectionSource) -> Result<[f64; 2]> 
 /// Absorbers and ring dampers of all wheels of a job, for `check`.
 pub(crate) fn of_job(job: &Job) -> Result<WheelAttachments> {
     let mut all = WheelAttachments::default();
-    for (name, body) in job.bodies() {
+    for (name, body) in job.all_bodies() {
         if matches!(body.mesh, Some(MeshSource::Revolved(_))) {
-            let found = carried(name, body, &super::swept::section(body)?)?;
+            let found = carried(&name, body, &super::swept::section(body)?)?;
             all.lines.extend(found.lines);
             all.warnings.extend(found.warnings);
         }

@@ -267,7 +267,7 @@ impl<'p> BuiltBodies<'p> {
     /// On rank 0: name and checksum of every input.
     pub fn checksums(&self, job: &Job) -> Result<Vec<(String, String)>> {
         let mut sums = Vec::new();
-        for (name, body) in job.bodies() {
+        for (name, body) in job.all_bodies() {
             if let Some(m) = &body.matrices {
                 for (_, path) in m.files() {
                     sums.push((path.display().to_string(), sha256(&path)?));
@@ -277,12 +277,12 @@ impl<'p> BuiltBodies<'p> {
             if let Some(Profile::File(file)) = &body.profile {
                 sums.push((file.path.display().to_string(), sha256(&file.path)?));
             }
+            if let Some((_, file)) = body.section_file() {
+                sums.push((file.display().to_string(), sha256(file)?));
+            }
             let Some(place) = self.places.iter().find(|p| p.name == name) else { continue };
             if let Some(MeshSource::File(file)) = &body.mesh {
                 sums.push((file.path().display().to_string(), sha256(file.path())?));
-            }
-            if let Some((_, file)) = body.section_file() {
-                sums.push((file.display().to_string(), sha256(file)?));
             }
             // A built-in section is all in the job.
             if !place.checksum.is_empty() {

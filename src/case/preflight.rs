@@ -124,15 +124,20 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
         return Ok(report);
     }
     if job.is_swept() {
-        let grid = |(_, body): &(_, &crate::job::Body)| super::swept::grid(job, body);
-        let grids = job.bodies().iter().map(grid).collect::<Result<Vec<_>>>()?;
-        if let ([Some(lower), Some(upper)], true) = (&grids[..], wanted(job)) {
-            let between = interface_between(lower, upper)?;
+        let other = |(key, _): &(String, _)| key.starts_with("others.");
+        for (key, body) in job.all_bodies().into_iter().filter(other) {
+            meshes.section_size(body).map_err(|e| e.context(format!("bodies.{key}.mesh")))?;
+        }
+        let grid = |body: &crate::job::Body| super::swept::grid(job, body);
+        let lower = job.bodies.lower.as_ref().map(grid).transpose()?.flatten();
+        if let (Some(lower), true) = (lower, wanted(job)) {
             for (number, contact) in job.contact.iter().flat_map(Contact::all).enumerate() {
-                let found = foreseen_at((job, contact), &between)?;
+                let Some(upper) = job.upper_at(contact).map(|(_, body)| grid(body)).transpose()?.flatten() else {
+                    continue;
+                };
+                let found = foreseen_at((job, contact), &interface_between(&lower, &upper)?)?;
                 if number > 0 {
-                    let turned = contact.turned;
-                    report.lines.push(format!("contact {}, {turned} rad around the lower body:", number + 1));
+                    report.lines.push(format!("contact {}, {}:", number + 1, contact.around_text()));
                 }
                 report.lines.extend(found.lines);
                 report.warnings.extend(found.warnings);

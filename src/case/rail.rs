@@ -299,6 +299,7 @@ pub(crate) fn build_both<'w>(
     let named = |side: &str, rail: RailBody<'w>| SeparateBody {
         name: format!("{side} rail"),
         family: Some(side.into()),
+        section: 0,
         body: Box::new(rail),
     };
     Ok(SeparateBodies::new(world, body.0, vec![named(names[0], one), named(names[1], other)]))

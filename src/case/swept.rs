@@ -227,12 +227,12 @@ fn in_words([mass, _, polar, diametral]: [f64; 4]) -> String {
 
 /// Lines with mass and moments of inertia of the bodies of revolution of a job.
 pub(crate) fn inertia(job: &Job) -> Result<Vec<String>> {
-    let turned = |(_, body): &(_, &job::Body)| matches!(body.mesh, Some(MeshSource::Revolved(_)));
-    let of = |(name, body): (&str, &job::Body)| {
+    let turned = |(_, body): &(String, &job::Body)| matches!(body.mesh, Some(MeshSource::Revolved(_)));
+    let of = |(name, body): (String, &job::Body)| {
         let inertia = section(body)?.for_modes()?.inertia(material_of(body)?);
         Ok(format!("body {name}: {}", in_words(inertia)))
     };
-    job.bodies().into_iter().filter(turned).map(of).collect()
+    job.all_bodies().into_iter().filter(turned).map(of).collect()
 }
 
 /// The springs of revolution that a body stands on.
@@ -355,7 +355,7 @@ pub fn build<'p>(
             let own = lines.map(|lines| ContactSpec::own(lines, 0.0));
             bodies.unique.push(match side {
                 Side::Upper if angles.len() > 1 => {
-                    Box::new(alike((world, summary), (name, body), (own, angles.len()))?) as Box<dyn ElasticBody>
+                    Box::new(separate((world, summary), job, own)?) as Box<dyn ElasticBody>
                 }
                 _ => {
                     let at = |own| angles.iter().map(move |&along| ContactSpec { along, ..own });
@@ -364,30 +364,68 @@ pub fn build<'p>(
                 }
             });
         }
-        let grid = grid.filter(|_| world.is_root());
-        let grids = grid.into_iter().flat_map(|grid| vec![grid; angles.len()]).collect();
+        let grids = match side {
+            _ if grid.is_none() || !world.is_root() => Vec::new(),
+            Side::Lower => grid.into_iter().flat_map(|grid| vec![grid; angles.len()]).collect(),
+            Side::Upper => grids_around(job)?,
+        };
         bodies.places.push(super::bodies::Place::meshless((name, side), bodies.unique.len() - 1, grids, material));
     }
     Ok(bodies)
 }
 
-/// So many bodies like `body`, each with its own contact.
-fn alike<'p>(
+/// A body on the lower one at a contact.
+struct Standing<'j> {
+    /// Its name among them.
+    name: String,
+    /// Its key below `bodies`.
+    key: String,
+    body: &'j job::Body,
+}
+
+/// The bodies on the lower one, in the order of their contacts.
+fn standing(job: &Job) -> Result<Vec<Standing<'_>>> {
+    let of = |(number, contact): (usize, &job::Contact)| {
+        let missing = || Error::Defect("a contact of a body that the job does not give".into());
+        let (key, body) = job.upper_at(contact).ok_or_else(missing)?;
+        Ok(Standing { name: contact.body.clone().unwrap_or_else(|| format!("body {}", number + 1)), key, body })
+    };
+    job.contact.iter().flat_map(job::Contact::all).enumerate().map(of).collect()
+}
+
+/// Grids of the bodies on the lower one, in the order of their contacts.
+fn grids_around(job: &Job) -> Result<Vec<ContactGrid>> {
+    let missing = || Error::Defect("a contact without a grid".into());
+    standing(job)?.iter().map(|one| grid(job, one.body)?.ok_or_else(missing)).collect()
+}
+
+/// The bodies on the lower one, each with its own contact.
+fn separate<'p>(
     (world, summary): (&'p World, &mut Summary),
-    body: (&str, &job::Body),
-    (contact, count): (Option<ContactSpec<RunningPlace>>, usize),
+    job: &Job,
+    contact: Option<ContactSpec<RunningPlace>>,
 ) -> Result<SeparateBodies<'p>> {
     let contacts: Vec<_> = contact.into_iter().collect();
-    let mut all = Vec::with_capacity(count);
-    for number in 1..=count {
-        // Told once for all of them.
+    let standing = standing(job)?;
+    let mut all = Vec::with_capacity(standing.len());
+    for one in &standing {
+        let first = standing.iter().position(|other| other.key == one.key).unwrap_or(all.len());
+        // Bodies that are alike are told once.
         let mut quiet = Summary::default();
-        let told = if number == 1 { &mut *summary } else { &mut quiet };
-        let one = made((world, told), body, section(body.1)?, (&contacts, 0.0))?;
-        all.push(SeparateBody { name: format!("body {number}"), family: None, body: Box::new(one) });
+        let told = if first == all.len() { &mut *summary } else { &mut quiet };
+        let at = |e: Error| e.context(format!("bodies.{}", one.key));
+        let body = made((world, told), (&one.key, one.body), section(one.body)?, (&contacts, 0.0)).map_err(at)?;
+        all.push(SeparateBody { name: one.name.clone(), family: None, section: first, body: Box::new(body) });
     }
-    summary.line(format!("body {}: {count} alike around the lower one, without coupling of their own", body.0));
-    Ok(SeparateBodies::new(world, body.0, all))
+    let count = all.len();
+    summary.line(match standing.iter().all(|one| one.key == "upper") {
+        true => format!("body upper: {count} alike around the lower one, without coupling of their own"),
+        false => {
+            let names: Vec<&str> = standing.iter().map(|one| &*one.name).collect();
+            format!("body upper: {count} around the lower one, without coupling of their own: {}", names.join(", "))
+        }
+    });
+    Ok(SeparateBodies::new(world, "upper", all))
 }
 
 #[cfg(test)]

@@ -176,7 +176,7 @@ impl Job {
             contact.make_around();
             *own = contact;
         } else {
-            let Bodies { lower, upper } = &mut job.bodies;
+            let Bodies { lower, upper, .. } = &mut job.bodies;
             let found = damping_key(key).and_then(|(is_upper, path)| {
                 let body = if is_upper { upper } else { lower };
                 Some((&mut body.as_mut()?.damping, path))

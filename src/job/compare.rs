@@ -1,6 +1,6 @@
 //! Jobs beside each other: what a reduced model depends on, and in which keys two documents differ.
 
-use super::{Body, Contact, ContactPlaces, ContactWheels, GivenCreepage, Job, Placement};
+use super::{Body, Contact, ContactAround, ContactPlaces, ContactWheels, GivenCreepage, Job, Placement};
 use serde_json::{json, Value};
 use std::fmt;
 
@@ -53,11 +53,18 @@ pub fn fe_inputs(job: &Job) -> Value {
         "contact": { "patch": contact.map(|c| c.patch), "compliance": contact.map(|c| c.compliance) },
         "analyses": { "modes": job.analyses.modes },
     });
+    if !job.bodies.others.is_empty() {
+        inputs["bodies"]["others"] = job.bodies.others.iter().map(|(name, of)| (name.clone(), body(of))).collect();
+    }
     if let Some(grid) = contact.and_then(|c| c.grid) {
         inputs["contact"]["grid"] = json!(grid);
     }
     if let Some(contact) = contact.filter(|c| !c.around.is_empty()) {
-        inputs["contact"]["around"] = json!(contact.around.iter().map(|one| one.angle).collect::<Vec<_>>());
+        let named = |one: &ContactAround| match &one.body {
+            Some(body) => json!([one.angle, body]),
+            None => json!(one.angle),
+        };
+        inputs["contact"]["around"] = contact.around.iter().map(named).collect();
     }
     if let Some(placement) = job.placement() {
         inputs["contact"]["placement"] = json!(geometry(Some(placement)));

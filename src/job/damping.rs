@@ -3,11 +3,14 @@
 use super::model::*;
 use serde_json::Value;
 
-/// The bodies, lower and upper, whose damping a job (as written, overrides applied) states. An empty object states
+/// Keys below `bodies` of the bodies whose damping a job (as written, overrides applied) states. An empty object states
 /// nothing.
-pub(super) fn stated(job: &Value) -> [bool; 2] {
-    let given = |name: &str| job.pointer(&format!("/bodies/{name}/damping")).and_then(Value::as_object);
-    ["lower", "upper"].map(|name| given(name).is_some_and(|keys| !keys.is_empty()))
+pub(super) fn stated(job: &Value) -> Vec<String> {
+    let states = |body: &Value| body.get("damping").and_then(Value::as_object).is_some_and(|keys| !keys.is_empty());
+    let of = |key: &str| job.pointer(key).and_then(Value::as_object).into_iter().flatten();
+    let two = of("/bodies").filter(|(key, _)| *key != "others").map(|(key, body)| (key.clone(), body));
+    let others = of("/bodies/others").map(|(name, body)| (format!("others.{name}"), body));
+    two.chain(others).filter(|(_, body)| states(body)).map(|(key, _)| key).collect()
 }
 
 impl Section {
@@ -28,12 +31,12 @@ fn is_wheel(body: &Body, on_rail: bool) -> bool {
 }
 
 impl Job {
-    /// Gives wheels whose damping is not `stated` (lower, upper) that of steel wheels. The rotation is resolved.
-    pub(super) fn resolve_damping(&mut self, stated: [bool; 2]) {
+    /// Gives wheels whose damping is not `stated` that of steel wheels. The rotation is resolved.
+    pub(super) fn resolve_damping(&mut self, stated: &[String]) {
         let placed = self.placement().is_some();
-        let bodies = [(false, &mut self.bodies.lower), (true, &mut self.bodies.upper)];
-        for ((upper, body), stated) in bodies.into_iter().zip(stated) {
-            if let Some(body) = body.as_mut().filter(|b| !stated && is_wheel(b, placed && upper)) {
+        let keys: Vec<String> = self.all_bodies().into_iter().map(|(key, _)| key).collect();
+        for (key, body) in keys.iter().zip(self.bodies.all_mut()) {
+            if !stated.contains(key) && is_wheel(body, placed && key == "upper") {
                 body.damping = Damping::of_steel_wheels();
             }
         }
@@ -49,9 +52,9 @@ pub(super) fn as_before_5(body: &Value) -> bool {
 }
 
 /// Bodies with modes on which an analysis of the contact works.
-fn moving(job: &Job) -> Vec<(&'static str, &Body)> {
+fn moving(job: &Job) -> Vec<(String, &Body)> {
     let on_modes = job.contact.is_some() && job.analyses.modes.is_some();
-    job.bodies().into_iter().filter(|(_, body)| on_modes && !body.is_half_space()).collect()
+    job.all_bodies().into_iter().filter(|(_, body)| on_modes && !body.is_half_space()).collect()
 }
 
 /// The damping of each body with modes, in words, one line each.
@@ -67,7 +70,7 @@ pub fn undamped(job: &Job) -> Vec<String> {
     }
     // What a body by matrices has is what the other program gave it.
     let bare = |body: &Body| body.matrices.is_none() && sources(body).is_empty();
-    let warning = |(name, body): (&str, &Body)| {
+    let warning = |(name, body): (String, &Body)| {
         let diameters = body.rotates() || matches!(body.mesh, Some(MeshSource::Revolved(_)));
         let example = match diameters {
             true => "{\"modal\": {\"by_diameter\": [0.002, 0.02, 0.0002]}} of a steel wheel",

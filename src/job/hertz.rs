@@ -11,7 +11,7 @@ const MAX_STRAIN: f64 = 0.05;
 /// circular contact (K. L. Johnson, Contact Mechanics, 1985, eqs. 4.22–4.24); an elliptic contact is taken as the
 /// circular one of the same geometric mean curvature, a plain cylinder as a line contact across the width (eq. 4.45).
 pub(super) fn small_strain(job: &Job, (path, contact): (&str, &Contact)) -> Result<()> {
-    let [(_, lower), (_, upper)] = &job.bodies()[..] else { return Ok(()) };
+    let (Some(lower), Some((_, upper))) = (&job.bodies.lower, job.upper_at(contact)) else { return Ok(()) };
     let (Some(a), Some(b)) = (lower.running(), upper.running()) else {
         return Ok(());
     };
@@ -48,7 +48,12 @@ pub(super) fn small_strain(job: &Job, (path, contact): (&str, &Contact)) -> Resu
 /// Radius of the contact of two built-in crowned bodies under a normal load, about, m: (3N/(4E*κ))^(1/3) with the
 /// geometric mean curvature κ (Johnson, eq. 4.22). `None` for other bodies and loads.
 pub(crate) fn contact_radius(job: &Job) -> Option<f64> {
-    let (Some(contact), [(_, lower), (_, upper)]) = (&job.contact, &job.bodies()[..]) else { return None };
+    radius_at(job, job.contact.as_ref()?)
+}
+
+/// [`contact_radius`] of a contact of the job.
+fn radius_at(job: &Job, contact: &Contact) -> Option<f64> {
+    let (lower, (_, upper)) = (job.bodies.lower.as_ref()?, job.upper_at(contact)?);
     let (Some(a), Some(b)) = (lower.running(), upper.running()) else {
         return None;
     };
@@ -62,9 +67,9 @@ pub(crate) fn contact_radius(job: &Job) -> Option<f64> {
     }
 }
 
-/// [`contact_radius`], or that of the approach, a² = δ/κ.
-pub(super) fn contact_size(job: &Job) -> Option<f64> {
-    let (Some(contact), [(_, lower), (_, upper)]) = (&job.contact, &job.bodies()[..]) else { return None };
+/// [`contact_radius`] of a contact of the job, or that of the approach, a² = δ/κ.
+pub(super) fn contact_size(job: &Job, contact: &Contact) -> Option<f64> {
+    let (lower, (_, upper)) = (job.bodies.lower.as_ref()?, job.upper_at(contact)?);
     let (Some(a), Some(b)) = (lower.running(), upper.running()) else {
         return None;
     };
@@ -72,7 +77,7 @@ pub(super) fn contact_size(job: &Job) -> Option<f64> {
     let across = a.crown.map_or(0.0, |r| 1.0 / r) + b.crown.map_or(0.0, |r| 1.0 / r);
     match contact.load() {
         Load::Approach(d) if across > 0.0 => Some((d / (along * across).sqrt()).sqrt()),
-        _ => contact_radius(job),
+        _ => radius_at(job, contact),
     }
 }
 

@@ -107,7 +107,7 @@ impl Job {
             keep_only(&mut job, only)?;
         }
         report(&name, validate::validate(&job))?;
-        job.resolve_damping(damping::stated(&value));
+        job.resolve_damping(&damping::stated(&value));
         let folder = path.parent().unwrap_or(Path::new(""));
         if let Some(wanted) = &job.analyses.sweep {
             job.sweep = Some(sweep::plan(&value, wanted, &name, folder, &checker)?);
@@ -141,7 +141,7 @@ impl Job {
 
     /// Groups of Abaqus and CalculiX are in lower case, as their reader has them: their names do not depend on case.
     fn resolve_groups(&mut self) {
-        for body in [&mut self.bodies.lower, &mut self.bodies.upper].into_iter().flatten() {
+        for body in self.bodies.all_mut() {
             if matches!(&body.mesh, Some(MeshSource::File(file)) if file.is_abaqus()) {
                 let supported = body.supports.iter_mut().map(|s| &mut s.group);
                 body.fixed.iter_mut().chain(supported).for_each(|group| *group = group.to_lowercase());
@@ -153,10 +153,10 @@ impl Job {
     fn resolve_rotation(&mut self) {
         let inertia = self.contact.is_some() && self.analyses.modes.is_some();
         let placed = self.placement().is_some();
-        for (upper, body) in [(false, &mut self.bodies.lower), (true, &mut self.bodies.upper)] {
-            let Some(body) = body else { continue };
+        let lower = usize::from(self.bodies.lower.is_some());
+        for (number, body) in self.bodies.all_mut().enumerate() {
             // A wheel on a placement has its axle there.
-            let axle = body.axle().is_some() || (placed && upper && body.is_meshed());
+            let axle = body.axle().is_some() || (placed && number >= lower && body.is_meshed());
             let held = !body.fixed.is_empty() || body.suspension.is_some();
             let can = inertia && body.matrices.is_none() && held && axle;
             let name = if can { RotationName::Rolling } else { RotationName::None };
@@ -188,7 +188,7 @@ impl Job {
                 }
             }
         }
-        for body in [&mut self.bodies.lower, &mut self.bodies.upper].into_iter().flatten() {
+        for body in self.bodies.all_mut() {
             if let Some(m) = &mut body.matrices {
                 m.paths_mut().into_iter().for_each(absolute);
             }
@@ -216,7 +216,7 @@ impl Job {
 }
 
 fn keep_only(job: &mut Job, only: &str) -> Result<()> {
-    let turns = job.bodies().iter().any(|(_, b)| b.rotates());
+    let turns = job.all_bodies().iter().any(|(_, b)| b.rotates());
     let analyses = &mut job.analyses;
     let given = analyses.names();
     if !given.contains(&only) {

@@ -136,11 +136,12 @@ pub fn plausible(job: &Job) -> Vec<String> {
     let rail = job.placement().is_some() || job.bodies().iter().any(|(_, b)| b.track.is_some());
     let mut found = Vec::new();
     for line in USUAL.iter().filter(|line| line.scope == Everywhere || (line.scope == OnRail) == rail) {
-        let pattern: Vec<&str> = line.key.split('.').collect();
-        let mut places = Vec::new();
-        numbers(&resolved, &pattern, &mut Vec::new(), &mut places);
-        found.extend(places.iter().filter_map(|(path, value)| line.remark(&path.join("."), *value, &checker)));
-        found.extend(line.remark_of_sweep(job, &pattern, &checker));
+        for pattern in line.patterns() {
+            let mut places = Vec::new();
+            numbers(&resolved, &pattern, &mut Vec::new(), &mut places);
+            found.extend(places.iter().filter_map(|(path, value)| line.remark(&path.join("."), *value, &checker)));
+            found.extend(line.remark_of_sweep(job, &pattern, &checker));
+        }
     }
     found.extend(fast_in_a_curve(job).filter(|_| resolved.get("curve").is_none()));
     found.extend(few_modes(job).filter(|_| rail));
@@ -152,7 +153,7 @@ pub fn plausible(job: &Job) -> Vec<String> {
 /// Remarks on absorbers and ring dampers that are tuned to frequencies without modes.
 fn tuned_beyond_modes(job: &Job) -> Vec<String> {
     let Some(end) = job.analyses.modes.as_ref().and_then(|m| m.max_frequency) else { return Vec::new() };
-    let of = |(name, body): (&str, &Body)| {
+    let of = |(name, body): (String, &Body)| {
         let absorbers = body.absorbers.iter().enumerate().map(|(i, a)| (format!("absorbers.{i}"), a.frequency));
         let rings = body.ring_dampers.iter().enumerate().map(|(i, r)| (format!("ring_dampers.{i}"), r.frequency));
         let beyond = absorbers.chain(rings).filter(|(_, frequency)| *frequency > end);
@@ -164,10 +165,19 @@ fn tuned_beyond_modes(job: &Job) -> Vec<String> {
         };
         beyond.map(remark).collect::<Vec<String>>()
     };
-    job.bodies().into_iter().flat_map(of).collect()
+    job.all_bodies().into_iter().flat_map(of).collect()
 }
 
 impl Usual {
+    /// Segments of its key; of a key of a body also those that it has among `bodies.others`.
+    fn patterns(&self) -> Vec<Vec<&'static str>> {
+        let own: Vec<&str> = self.key.split('.').collect();
+        match own[..] {
+            ["bodies", ..] => vec![[&["bodies", "others"], &own[1..]].concat(), own],
+            _ => vec![own],
+        }
+    }
+
     /// The remark on a value that is not usual at the place `path`.
     fn remark(&self, path: &str, value: f64, checker: &Checker) -> Option<String> {
         let [low, high] = self.range;

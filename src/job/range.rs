@@ -61,7 +61,7 @@ fn slip(job: &Job, (key, contact): (&str, &Contact), number: usize) -> Small {
     };
     let along = c.longitudinal.abs().max(largest(&histories.longitudinal)).max(farthest(CreepageKey::Longitudinal));
     let across = c.lateral.abs().max(largest(&histories.lateral)).max(farthest(CreepageKey::Lateral));
-    let reach = contact_size(job).or(contact.patch.map(|p| p.half_length.max(p.half_width))).unwrap_or(0.0);
+    let reach = contact_size(job, contact).or(contact.patch.map(|p| p.half_length.max(p.half_width))).unwrap_or(0.0);
     let spin = reach * c.spin.abs().max(largest(&histories.spin)).max(farthest(CreepageKey::Spin));
     let mut found = format!("{key}.creepage {} {} {} 1/m", c.longitudinal, c.lateral, c.spin);
     let listed = [CreepageKey::Longitudinal, CreepageKey::Lateral, CreepageKey::Spin].map(farthest);
@@ -85,7 +85,7 @@ fn slip(job: &Job, (key, contact): (&str, &Contact), number: usize) -> Small {
 /// by about its square.
 fn mach(job: &Job, contact: &Contact) -> Result<Option<Small>> {
     let (mut slowest, mut whose, mut at) = (f64::INFINITY, String::new(), String::new());
-    for (name, body) in job.bodies() {
+    for (name, body) in job.all_bodies() {
         let m = body.elastic()?;
         let speed = (0.5 * m.young / (1.0 + m.poisson) / m.density).sqrt();
         if speed < slowest {
@@ -109,7 +109,7 @@ fn mach(job: &Job, contact: &Contact) -> Result<Option<Small>> {
 
 /// Displacements at the start, and the way of a step, against the size of the contact.
 fn motion(job: &Job, contact: &Contact, transient: &Transient) -> Vec<Small> {
-    let size = contact_size(job).or(contact.patch.map(|p| p.half_length.min(p.half_width)));
+    let size = contact_size(job, contact).or(contact.patch.map(|p| p.half_length.min(p.half_width)));
     let Some(size) = size else { return Vec::new() };
     let mut all = Vec::new();
     if transient.start.mode.is_some() {

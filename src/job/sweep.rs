@@ -143,7 +143,7 @@ pub(super) fn points(
         if let Some(fault) = validate(&job).first() {
             return Err(refused(fault));
         }
-        job.resolve_damping(stated);
+        job.resolve_damping(&stated);
         job.resolve(folder);
         points.push(job);
     }

@@ -24,7 +24,7 @@ pub fn validate(job: &Job) -> Vec<String> {
     if job.bodies().is_empty() {
         faults.push("bodies: give at least one of \"lower\" and \"upper\"".into());
     }
-    for (name, body) in job.bodies() {
+    for (name, body) in job.all_bodies() {
         check_body(&format!("bodies.{name}"), body, &mut faults);
     }
     check_rotating(job, &mut faults);
@@ -34,9 +34,10 @@ pub fn validate(job: &Job) -> Vec<String> {
     if let Some(wanted) = &job.analyses.uncertainty {
         check_uncertainty(job, wanted, &mut faults);
     }
-    job.bodies()
+    job.all_bodies()
         .into_iter()
         .for_each(|(name, body)| measured::check(&format!("bodies.{name}"), body, job, &mut faults));
+    places::check_others(job, &mut faults);
     quadrature::check(job, &mut faults);
     if job.by_matrices() {
         matrices::check(job, &mut faults);
@@ -152,7 +153,7 @@ fn check_rotation(path: &str, body: &Body, faults: &mut Vec<String>) {
 
 /// Checks the keys that rotation requires, and those that exclude it.
 fn check_rotating(job: &Job, faults: &mut Vec<String>) {
-    for (name, body) in job.bodies().into_iter().filter(|(_, b)| b.rotates()) {
+    for (name, body) in job.all_bodies().into_iter().filter(|(_, b)| b.rotates()) {
         let path = format!("bodies.{name}.rotation");
         if job.analyses.modes.is_none() {
             faults.push(format!("analyses.modes: missing; {path} acts on the modes, e.g. {{\"count\": 60}}"));

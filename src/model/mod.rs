@@ -15,6 +15,7 @@ use crate::job::{self, Job};
 use crate::parallel::World;
 use crate::{Error, Result};
 use faer::Mat;
+use std::collections::BTreeMap;
 
 pub use crate::body::convolution::Product;
 pub use crate::body::half_space::HalfSpace;
@@ -90,13 +91,13 @@ impl ReducedModel {
             let names = modes.names;
             let damping = damping_of(job, side, (&modes.omega, &names), &own[side.index()])?;
             let rows = modes.rows.ok_or_else(missing)?;
+            let speeds = speeds(job, side, &names, modes.omega.len());
             let body =
                 ReducedBody { reach: modes.reach, names, ..ReducedBody::new(modes.omega, damping, rows, compliance) };
-            let speed = job.angular_velocity(side.name());
             rotation[side.index()] = modes.rotation;
             let rest = rotation[side.index()].as_ref().filter(|_| keeps).map(|_| body.compliance.clone());
             bodies.push(match &rotation[side.index()] {
-                Some(rotation) => turning(body, rotation, speed),
+                Some(rotation) => turning(body, rotation, &speeds),
                 None => body,
             });
             at_rest.push(rest);
@@ -181,14 +182,58 @@ fn damping_of(
     own: &IntrinsicDamping,
 ) -> Result<ModalMatrix> {
     let Some(body) = given(job)[side.index()] else { return Ok(vec![0.0; omega.len()].into()) };
-    let key = format!("bodies.{}.damping", side.name());
-    let mut modal = damping(&body.damping, (omega, names), &own.springs, &key)?;
+    let mut modal = vec![0.0; omega.len()];
+    for Owner { key, body, modes } in owners(job, side, names, omega.len()) {
+        let of = |list: &[f64]| modes.iter().filter_map(|&k| list.get(k).copied()).collect::<Vec<f64>>();
+        let named: Vec<ModeLabel> = modes.iter().filter_map(|&k| names.get(k).cloned()).collect();
+        let found = damping(&body.damping, (&of(omega), &named), &of(&own.springs), &format!("bodies.{key}.damping"))?;
+        modes.iter().zip(found).for_each(|(&k, coefficient)| modal[k] = coefficient);
+    }
     let by_matrix = |k: usize| own.matrix.as_ref().map_or(0.0, |own| body.damping_factor() * own.get(k, k));
     measured::damp(body, (omega, names), &by_matrix, &mut modal);
     Ok(match &own.matrix {
         Some(own) => own.scaled(body.damping_factor()).with_diagonal(&modal),
         None => modal.into(),
     })
+}
+
+/// A body with the modes of its side that are its own.
+struct Owner<'j> {
+    /// Its key below `bodies`.
+    key: String,
+    body: &'j job::Body,
+    modes: Vec<usize>,
+}
+
+/// The bodies on a side of `job` with the modes of each, of as many as there are, whose `names`, where they are known,
+/// say to which of several bodies they belong.
+fn owners<'j>(job: &'j Job, side: Side, names: &[ModeLabel], count: usize) -> Vec<Owner<'j>> {
+    let Some(first) = given(job)[side.index()] else { return Vec::new() };
+    let mut all: BTreeMap<Option<&str>, Vec<usize>> = BTreeMap::new();
+    (0..count).for_each(|k| all.entry(names.get(k).and_then(ModeLabel::body)).or_default().push(k));
+    let owner = |(name, modes): (Option<&str>, Vec<usize>)| match name
+        .and_then(|name| Some((name, job.bodies.others.get(name)?)))
+    {
+        Some((name, body)) => Owner { key: format!("others.{name}"), body, modes },
+        None => Owner { key: side.name().into(), body: first, modes },
+    };
+    all.into_iter().map(owner).collect()
+}
+
+/// Angular velocities of the bodies on a side of `job` at each of its modes, rad/s; see [`owners`].
+pub fn speeds(job: &Job, side: Side, names: &[ModeLabel], count: usize) -> Vec<f64> {
+    let mut all = vec![0.0; count];
+    for Owner { body, modes, .. } in owners(job, side, names, count) {
+        modes.iter().for_each(|&k| all[k] = job.angular_velocity_of(body));
+    }
+    all
+}
+
+/// The bodies on a side of `job`, each with its angular velocity, rad/s: all that the equations of motion of its modes
+/// hang on.
+fn on_side(job: &Job, side: Side) -> Vec<(&job::Body, f64)> {
+    let others = job.bodies.others.values().filter(|_| side == Side::Upper);
+    given(job)[side.index()].into_iter().chain(others).map(|body| (body, job.angular_velocity_of(body))).collect()
 }
 
 /// Part of a reduced model that stays when damping changes, on every rank.
@@ -203,9 +248,9 @@ pub struct SharedModel {
     last: LastDynamics,
 }
 
-/// Equations of motion of the lower and the upper body of the last job, each with what they were made of: the body of
-/// the job and its angular velocity, rad/s.
-type LastDynamics = [Option<(Option<job::Body>, f64, ModalDynamics)>; 2];
+/// Equations of motion of the lower and the upper body of the last job, each with what they were made of: the bodies of
+/// the job on this side and their angular velocities, rad/s.
+type LastDynamics = [Option<(Vec<(job::Body, f64)>, ModalDynamics)>; 2];
 
 impl SharedModel {
     /// Collective: the model of rank 0 on every rank.
@@ -269,14 +314,15 @@ fn adapt(
     let (lower, upper) = pair.omega.split_at(pair.lower_modes);
     for (side, omega) in [(Side::Lower, lower), (Side::Upper, upper)] {
         let k = side.index();
-        let (body, speed) = (given(job)[k], job.angular_velocity(side.name()));
-        if last[k].as_ref().is_some_and(|known| known.0.as_ref() == body && known.1 == speed) {
+        let bodies = on_side(job, side);
+        let same = |known: &[(job::Body, f64)]| known.iter().map(|(body, speed)| (body, *speed)).eq(bodies.clone());
+        if last[k].as_ref().is_some_and(|(known, _)| same(known)) {
             continue;
         }
         let found = dynamics_of(job, side, (omega, &pair.names[k]), (&own[k], rotation[k].as_ref()))?;
-        last[k] = Some((body.cloned(), speed, found));
+        last[k] = Some((bodies.into_iter().map(|(body, speed)| (body.clone(), speed)).collect(), found));
     }
-    let [Some((.., lower)), Some((.., upper))] = &*last else {
+    let [Some((_, lower)), Some((_, upper))] = &*last else {
         return Err(Error::Defect("a body without equations of motion".into()));
     };
     let joined = ModalDynamics::joined(lower, upper);
@@ -294,7 +340,8 @@ fn dynamics_of(
     (own, rotation): (&IntrinsicDamping, Option<&ModalRotation>),
 ) -> Result<ModalDynamics> {
     let damping = damping_of(job, side, modes, own)?;
-    Ok(ModalDynamics::new(modes.0, damping, rotation.map(|r| (r, job.angular_velocity(side.name())))))
+    let speeds = speeds(job, side, modes.1, modes.0.len());
+    Ok(ModalDynamics::new(modes.0, damping, rotation.map(|r| (r, &speeds[..]))))
 }
 
 /// Collective: the interface of rank 0 on every rank.

@@ -134,7 +134,8 @@ mod tests {
         let skew = Mat::from_fn(2, 2, |i, j| [[0.0, -n], [n, 0.0]][i][j]);
         let square = Mat::from_fn(2, 2, |i, j| if i == j { -n * n } else { 0.0 });
         let rotation = ModalRotation { gyroscopic: 2.0 * &skew, stiffness: square, derivative: skew };
-        let body = turning(ReducedBody::new(vec![w0; 2], vec![c; 2], contact_modes, compliance), &rotation, speed);
+        let body =
+            turning(ReducedBody::new(vec![w0; 2], vec![c; 2], contact_modes, compliance), &rotation, &[speed; 2]);
         // At 0 Hz, beside and at the two peaks, far above.
         let f = [0.0, 200.0, 400.0 - n * speed / TWO_PI, 400.0, 400.0 + n * speed / TWO_PI, 1500.0];
         for (f, h) in f.iter().zip(receptance(&body, &[1.0], &f)) {

@@ -19,18 +19,21 @@ pub struct ModalDynamics {
 }
 
 impl ModalDynamics {
-    /// Rotation of modes with the angular frequencies `omega` (rad/s) and the damping C of the body at rest, that
-    /// rotates with the angular velocity given beside its `rotation`, rad/s.
-    pub fn new(omega: &[f64], damping: ModalMatrix, rotation: Option<(&ModalRotation, f64)>) -> Self {
-        let Some((rotation, speed)) = rotation else {
+    /// Rotation of modes with the angular frequencies `omega` (rad/s) and the damping C of the body at rest. Beside the
+    /// `rotation` are the angular velocities of the body of each mode, rad/s, `[m]`: modes of two bodies have no common
+    /// terms.
+    pub fn new(omega: &[f64], damping: ModalMatrix, rotation: Option<(&ModalRotation, &[f64])>) -> Self {
+        let Some((rotation, speeds)) = rotation else {
             return Self { stiffness: ModalMatrix::squares(omega), damping, turning: None };
         };
         let c = damping.full();
-        let derivative = faer::Scale(speed) * &rotation.derivative;
-        let own = Mat::from_fn(omega.len(), omega.len(), |i, j| if i == j { omega[i] * omega[i] } else { 0.0 });
-        let stiffness = own + faer::Scale(speed * speed) * &rotation.stiffness + &c * &derivative;
+        let m = omega.len();
+        let derivative = Mat::from_fn(m, m, |i, j| speeds[i] * rotation.derivative[(i, j)]);
+        let own = Mat::from_fn(m, m, |i, j| if i == j { omega[i] * omega[i] } else { 0.0 });
+        let centrifugal = Mat::from_fn(m, m, |i, j| speeds[i] * speeds[i] * rotation.stiffness[(i, j)]);
+        let stiffness = own + centrifugal + &c * &derivative;
         let turning = RotationTerms { dissipation: damping, derivative: Some(derivative.into()) };
-        let damping = c + faer::Scale(speed) * &rotation.gyroscopic;
+        let damping = c + Mat::from_fn(m, m, |i, j| speeds[i] * rotation.gyroscopic[(i, j)]);
         Self { stiffness: stiffness.into(), damping: damping.into(), turning: Some(turning) }
     }
 
@@ -47,11 +50,11 @@ impl ModalDynamics {
     }
 }
 
-/// A body at rest, turning with the angular velocity `speed`, rad/s: its residual compliance stays as it is, its
-/// modes yield as those that rotate do.
-pub fn turning(body: ReducedBody, rotation: &ModalRotation, speed: f64) -> ReducedBody {
+/// A body at rest, or several, turning with the angular velocities `speeds` of each mode, rad/s: its residual
+/// compliance stays as it is, its modes yield as those that rotate do.
+pub fn turning(body: ReducedBody, rotation: &ModalRotation, speeds: &[f64]) -> ReducedBody {
     let ModalDynamics { stiffness, damping, turning } =
-        ModalDynamics::new(&body.omega, body.damping.clone(), Some((rotation, speed)));
+        ModalDynamics::new(&body.omega, body.damping.clone(), Some((rotation, speeds)));
     let phi = &body.contact_modes;
     let yielding = |stiffness: &ModalMatrix| phi * stiffness.statics(phi.transpose());
     let compliance = &body.compliance + (yielding(&stiffness) - yielding(&body.stiffness));
@@ -87,12 +90,13 @@ pub fn travelling(rotation: &ModalRotation, modal: &[Complex<f64>]) -> f64 {
 const STILL: [f64; 2] = [1e-6, 0.02];
 
 /// The waves of an undamped body with the modes `omega` (rad/s; 0 for those of a free body as a whole) that rotates
-/// with the angular velocity `speed`, rad/s; ascending, as many as modes: of those as a whole the precession of the
-/// axis oscillates, the others have the frequency 0. An error where rotation leaves no stiffness.
-pub fn waves(omega: &[f64], rotation: &ModalRotation, speed: f64) -> Result<Vec<RotatingWave>> {
+/// with the angular velocities `speeds` of each mode, rad/s; ascending, as many as modes: of those as a whole the
+/// precession of the axis oscillates, the others have the frequency 0. An error where rotation leaves no stiffness.
+pub fn waves(omega: &[f64], rotation: &ModalRotation, speeds: &[f64]) -> Result<Vec<RotatingWave>> {
     let m = omega.len();
+    let speed = speeds.iter().fold(0.0, |fastest: f64, speed| fastest.max(speed.abs()));
     let ModalDynamics { stiffness, damping: gyroscopic, .. } =
-        ModalDynamics::new(omega, vec![0.0; m].into(), Some((rotation, speed)));
+        ModalDynamics::new(omega, vec![0.0; m].into(), Some((rotation, speeds)));
     // Velocities in units of the highest frequency.
     let unit = omega.last().copied().unwrap_or(1.0).max(f64::MIN_POSITIVE);
     let companion = Mat::from_fn(2 * m, 2 * m, |i, j| match (i < m, j < m) {
@@ -106,7 +110,7 @@ pub fn waves(omega: &[f64], rotation: &ModalRotation, speed: f64) -> Result<Vec<
     let values = eigen.S().column_vector();
     let mut found = Vec::new();
     let rigid = omega.iter().filter(|w| **w == 0.0).count();
-    let least = if rigid > 0 { STILL[0].max(STILL[1] * speed.abs() / unit) } else { 0.0 };
+    let least = if rigid > 0 { STILL[0].max(STILL[1] * speed / unit) } else { 0.0 };
     let still = (0..2 * m).filter(|&k| values[k].norm() <= least).count();
     let whole = rigid.min(still / 2);
     found.resize(whole, RotatingWave { frequency: 0.0, diameters: 0.0 });
@@ -139,7 +143,7 @@ mod tests {
         let square = Mat::from_fn(2, 2, |i, j| if i == j { -n * n } else { 0.0 });
         let rotation = ModalRotation { gyroscopic: 2.0 * &skew, stiffness: square, derivative: skew };
         let ModalDynamics { stiffness: k, damping: d, .. } =
-            ModalDynamics::new(&[w, w], vec![c; 2].into(), Some((&rotation, speed)));
+            ModalDynamics::new(&[w, w], vec![c; 2].into(), Some((&rotation, &[speed; 2])));
         let companion = Mat::from_fn(4, 4, |i, j| match (i < 2, j < 2) {
             (true, true) => 0.0,
             (true, false) => w * f64::from(u8::from(i + 2 == j)),
@@ -156,7 +160,7 @@ mod tests {
         }
         assert_eq!(rotation.diameters(), [n, n]);
         // Beside the body the forward wave has the higher frequency.
-        let both = waves(&[w, w], &rotation, speed).unwrap();
+        let both = waves(&[w, w], &rotation, &[speed; 2]).unwrap();
         for (wave, sign) in both.iter().zip([-1.0, 1.0]) {
             assert!((wave.frequency * 2.0 * std::f64::consts::PI / (w + sign * n * speed) - 1.0).abs() < 1e-11);
             assert!((wave.diameters - sign * n).abs() < 1e-9, "{wave:?}");

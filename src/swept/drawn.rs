@@ -103,6 +103,14 @@ impl DrawnSection {
                 "found {middle} m, where the axle of a wheelset is cut through; of the drawing {what}"
             )));
         }
+        if let Some([r, y]) = wheelset::beside_cut(&near, middle) {
+            return Err(Error::Job(format!(
+                "found {middle} m, but the node at x = {y:.7} m, y = {r:.6} m lies {:.1e} m beside it; expected a \
+                 straight cut with all its nodes within {:.0e} m: the halves would have a slit between them",
+                (y - middle).abs(),
+                wheelset::SAME
+            )));
+        }
         let far = wheelset::mirrored_about(near.clone(), middle);
         Ok(Self { section: wheelset::joined(near, far, middle), middle: Some(middle), ..self })
     }

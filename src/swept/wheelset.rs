@@ -58,6 +58,8 @@ pub const JOURNALS: &str = "journals";
 const LARGEST: f64 = 0.04;
 /// Nodes nearer than this are one, m.
 pub(super) const SAME: f64 = 1e-7;
+/// Nodes nearer to a cut than this lie on it, if it is straight, m.
+const STRAIGHT: f64 = 1e-4;
 
 impl WheelShape {
     /// The benchmark wheelset: two wheels W920S with their flanges to the inside.
@@ -94,6 +96,11 @@ pub(super) fn mirrored_about(mut section: CrossSection, middle: f64) -> CrossSec
     section.elements.iter_mut().for_each(SectionElement::turn);
     section.tread = section.tread.iter().rev().map(|&[first, last, middle]| [last, first, middle]).collect();
     section
+}
+
+/// A node (r, y) of a half that was meant to lie on its cut at y = `middle`, m, and does not.
+pub(super) fn beside_cut(half: &CrossSection, middle: f64) -> Option<[f64; 2]> {
+    half.nodes.iter().find(|x| (SAME..STRAIGHT).contains(&(x[1] - middle).abs())).copied()
 }
 
 /// Two halves with the same nodes on y = `middle`, m.

@@ -73,7 +73,7 @@ pub fn an_annulus_splits_its_pairs(world: &World) {
     let modes = body.modes(Extent::Count(14), &mut |_, _| {}).unwrap();
     let rotation = modes.rotation.as_ref().unwrap();
     let diameters = rotation.diameters();
-    let found = waves(&modes.omega, rotation, speed).unwrap();
+    let found = waves(&modes.omega, rotation, &vec![speed; modes.omega.len()]).unwrap();
     for (n, g, split) in [(1.0, 0.98363, 3.131), (2.0, 1.96576, 6.257), (3.0, 2.94582, 9.377)] {
         let pair: Vec<usize> = (0..14).filter(|&k| (diameters[k] - n).abs() < 0.02).take(2).collect();
         let [c, s] = pair[..] else { panic!("no pair of {n} nodal diameters in {diameters:?}") };
@@ -104,7 +104,7 @@ pub fn further_pairs_are_those_of_their_orders(world: &World) {
     let modes = body.modes(Extent::Count(17), &mut |_, _| {}).unwrap();
     let rotation = modes.rotation.as_ref().unwrap();
     let diameters = rotation.diameters();
-    let found = waves(&modes.omega, rotation, speed).unwrap();
+    let found = waves(&modes.omega, rotation, &vec![speed; modes.omega.len()]).unwrap();
     let ring = CylinderSection {
         inner_radius: 0.1,
         outer_radius: RADIUS,
@@ -253,7 +253,7 @@ pub fn fixed_and_turning_frame_agree(world: &World) {
     let turning: Vec<f64> =
         companion.eigenvalues().unwrap().into_iter().map(|l| l.im / (2.0 * PI)).filter(|f| *f > 0.0).collect();
     // The last modes lack their neighbours beyond.
-    let found = waves(&modes.omega, rotation, speed).unwrap();
+    let found = waves(&modes.omega, rotation, &vec![speed; modes.omega.len()]).unwrap();
     for wave in found.iter().take(12) {
         let n = wave.diameters.round();
         assert!((wave.diameters - n).abs() < 2e-3, "{wave:?}");
@@ -338,7 +338,7 @@ pub fn a_free_wheel_precesses(world: &World) {
     let modes = body.modes(Extent::Count(10), &mut |_, _| {}).unwrap();
     assert_eq!(modes.omega[..6], [0.0; 6]);
     let rotation = modes.rotation.as_ref().unwrap();
-    let found = waves(&modes.omega, rotation, speed).unwrap();
+    let found = waves(&modes.omega, rotation, &vec![speed; modes.omega.len()]).unwrap();
     assert_eq!(found.len(), modes.omega.len());
     assert!(found[..5].iter().all(|w| w.frequency == 0.0) && found[5].frequency > 0.0, "{found:?}");
     // 6 (R² + r²) / (3 (R² + r²) + h²) of a ring of height h.

@@ -52,7 +52,7 @@ fn damped(nodes: usize, speed: f64, damping: [f64; 3]) -> Squeal {
         stiffness: Mat::from_fn(3, 3, |i, j| if i == j && i > 0 { KAPPA } else { 0.0 }),
         derivative: coupled(N),
     };
-    let lower = turning(rest, &rotation, speed);
+    let lower = turning(rest, &rotation, &[speed; 3]);
     let upper = ReducedBody::new(vec![], vec![], Mat::zeros(3 * n, 0), local);
     Squeal { pair: CoupledModel::new(&lower, &upper).unwrap(), ..squeal }
 }

@@ -311,9 +311,7 @@ fn build<'p>(
     let mut quiet = Summary::default();
     let mut job = point.clone();
     // Each point brings its own damping.
-    for body in [&mut job.bodies.lower, &mut job.bodies.upper].into_iter().flatten() {
-        body.damping = Default::default();
-    }
+    job.bodies.all_mut().for_each(|body| body.damping = Default::default());
     let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("a point of a sweep without contact".into()))?;
     world.on_root(|| preflight::of_run(&job, meshes, true).map(drop))?;
     let mut bodies = BuiltBodies::build(petsc, &job, meshes, progress, &mut quiet)?;

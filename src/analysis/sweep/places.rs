@@ -171,9 +171,7 @@ pub(super) fn bodies(
     let mut cached = Vec::new();
     let (shared, ..) = build(of.petsc, first, &mut cached, (of.meshes, &mut *progress))?;
     let mut job = first.clone();
-    for body in [&mut job.bodies.lower, &mut job.bodies.upper].into_iter().flatten() {
-        body.damping = Default::default();
-    }
+    job.bodies.all_mut().for_each(|body| body.damping = Default::default());
     let sites = sites(world, of.points, &family.members)?;
     let found = cached.clone();
     let mesh = FINER * sites.iter().map(|s| s.radius).fold(f64::INFINITY, f64::min);

@@ -29,8 +29,9 @@ pub struct Contact {
     /// Wheels of a wheelset that are in contact.
     #[serde(default, skip_serializing_if = "ContactWheels::is_one")]
     pub wheels: ContactWheels,
-    /// Further bodies like the upper one that touch the lower one elsewhere around its axle, such as other wheels on a
-    /// roller. They share the keys of this contact except those that they give themselves.
+    /// Further bodies, like the upper one or those of `bodies.others`, that touch the lower one elsewhere around its
+    /// axle, such as other wheels on a roller. They share the keys of this contact except those that they give
+    /// themselves.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub around: Vec<ContactAround>,
     /// Rolling speed V, m/s; needed unless `points` are given.
@@ -72,6 +73,9 @@ pub struct Contact {
     /// Angle of a contact of `around` about the axle of the lower body, rad.
     #[serde(skip)]
     pub turned: f64,
+    /// Name of the body of `bodies.others` that touches the lower one here; none: one like the upper body.
+    #[serde(skip)]
+    pub body: Option<String>,
     /// Contact angle δ of a wheel on its rail, rad, positive where the rail falls to the right, once it is known.
     #[serde(skip)]
     pub angle: f64,
@@ -118,7 +122,7 @@ impl ContactPlaces {
     }
 }
 
-/// A further body like the upper one that touches the lower one elsewhere around its axle.
+/// A further body that touches the lower one elsewhere around its axle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactAround {
@@ -126,6 +130,9 @@ pub struct ContactAround {
     /// body that turns passes the first contact before this one.
     #[schemars(extend("unit" = "rad"))]
     pub angle: f64,
+    /// Name of the body, one of `bodies.others`. Default: another one like the upper body.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub body: Option<String>,
     /// Normal force that presses this body on the lower one, N. Default: load or approach of the first contact.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N"))]
@@ -210,7 +217,7 @@ impl Contact {
         }
         let base = Self { around: Vec::new(), further: Vec::new(), ..self.clone() };
         let one = |own: &ContactAround| {
-            let mut contact = Self { turned: own.angle, ..base.clone() };
+            let mut contact = Self { turned: own.angle, body: own.body.clone(), ..base.clone() };
             if own.normal_load.is_some() {
                 (contact.normal_load, contact.approach) = (own.normal_load, None);
             }
@@ -246,6 +253,12 @@ impl Contact {
     /// The contacts: this one, then the other ones of the same wheel, then those of other wheels.
     pub fn all(&self) -> impl Iterator<Item = &Contact> {
         std::iter::once(self).chain(&self.further)
+    }
+
+    /// Place of a contact of a body around the lower one, in words.
+    pub(crate) fn around_text(&self) -> String {
+        let body = self.body.as_ref().map_or(String::new(), |name| format!("{name}, "));
+        format!("{body}{} rad around the lower body", self.turned)
     }
 
     /// Side of the track of a contact with a placement; the left-hand one of others.

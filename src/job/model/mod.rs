@@ -98,6 +98,17 @@ pub struct Bodies {
     /// Body 2, above the contact plane (z > 0). It is described like a lower body and reflected z -> -z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub upper: Option<Body>,
+    /// Further bodies by their names, which touch the lower one where `contact.around` says. A name is made of letters,
+    /// digits, hyphens and underscores. Each body is described like a lower one.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub others: BTreeMap<String, Body>,
+}
+
+impl Bodies {
+    /// The bodies that are given, to be changed, in the order of [`Job::all_bodies`].
+    pub(crate) fn all_mut(&mut self) -> impl Iterator<Item = &mut Body> {
+        self.lower.iter_mut().chain(&mut self.upper).chain(self.others.values_mut())
+    }
 }
 
 /// Linear solvers and resources.
@@ -202,6 +213,20 @@ impl Job {
         both.into_iter().filter_map(|(name, body)| body.map(|b| (name, b))).collect()
     }
 
+    /// All bodies that are given, the lower one first, the upper one next, with their keys below `bodies`.
+    pub fn all_bodies(&self) -> Vec<(String, &Body)> {
+        let two = self.bodies().into_iter().map(|(name, body)| (name.to_owned(), body));
+        two.chain(self.bodies.others.iter().map(|(name, body)| (format!("others.{name}"), body))).collect()
+    }
+
+    /// The body on the lower one at a contact, with its key below `bodies`.
+    pub fn upper_at(&self, contact: &Contact) -> Option<(String, &Body)> {
+        match &contact.body {
+            Some(name) => self.bodies.others.get(name).map(|body| (format!("others.{name}"), body)),
+            None => self.bodies.upper.as_ref().map(|body| ("upper".into(), body)),
+        }
+    }
+
     /// Returns whether the bodies are given by matrices. Reading a job makes sure that they are if one is.
     pub(crate) fn by_matrices(&self) -> bool {
         self.bodies().iter().any(|(_, b)| b.matrices.is_some())
@@ -232,10 +257,13 @@ impl Job {
         }))
     }
 
-    /// Angular velocity of the body `name`, rad/s.
+    /// Angular velocity of the lower or the upper body, rad/s.
     pub fn angular_velocity(&self, name: &str) -> f64 {
-        let bodies = self.bodies();
-        let Some((_, body)) = bodies.iter().find(|(n, _)| *n == name) else { return 0.0 };
+        self.bodies().into_iter().find(|(n, _)| *n == name).map_or(0.0, |(_, body)| self.angular_velocity_of(body))
+    }
+
+    /// Angular velocity of a body of the job, rad/s.
+    pub fn angular_velocity_of(&self, body: &Body) -> f64 {
         let speed = self.contact.as_ref().map_or(0.0, |c| c.speed);
         match body.rotation {
             None | Some(Rotation::Named(RotationName::None)) => 0.0,

@@ -68,25 +68,28 @@ pub fn check_around(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         return;
     }
     let revolved = |body: &Body| matches!(body.mesh, Some(MeshSource::Revolved(_)));
-    let drawn = contact.placement.is_none() && job.bodies().iter().all(|(_, body)| revolved(body));
+    let drawn = contact.placement.is_none() && job.all_bodies().iter().all(|(_, body)| revolved(body));
     if !drawn {
         faults.push(
-            "contact.around: takes two bodies of revolution by their sections (mesh.revolved) that a contact.patch \
+            "contact.around: takes bodies of revolution by their sections (mesh.revolved) that a contact.patch \
              joins, without contact.placement; leave it out"
                 .into(),
         );
         return;
     }
-    let bodies = job.bodies();
-    let radii: Vec<f64> = bodies.iter().filter_map(|(_, body)| body.running()).map(|r| r.radius).collect();
-    let mut angles = vec![("the first contact".to_owned(), 0.0)];
-    for (i, one) in contact.around.iter().enumerate() {
+    check_names(job, contact, faults);
+    let radius = |body: Option<&Body>| body.and_then(Body::running).map_or(0.0, |running| running.radius);
+    let radius_at = |contact: &Contact| radius(job.upper_at(contact).map(|(_, body)| body));
+    let roller = radius(job.bodies.lower.as_ref());
+    let mut placed = vec![("the first contact".to_owned(), 0.0, radius_at(contact))];
+    for (i, (one, own)) in contact.around.iter().zip(&contact.further).enumerate() {
         let angle = one.angle;
         if !(angle.is_finite() && angle.abs() <= PI) {
             faults.push(format!("contact.around.{i}.angle: found {angle}, expected an angle from -π to π (rad)"));
             continue;
         }
-        for (name, other) in &angles {
+        let wheel = radius_at(own);
+        for (name, other, beside) in &placed {
             // Of the angle between two radii the smaller one.
             let between = (angle - other).rem_euclid(TAU);
             let between = between.min(TAU - between);
@@ -94,25 +97,22 @@ pub fn check_around(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
                 faults.push(format!(
                     "contact.around.{i}.angle: found {angle} rad, where {name} is; expected another place"
                 ));
-            } else if let [roller, wheel] = radii[..] {
-                let least = 2.0 * (wheel / (roller + wheel)).asin();
-                if between < least {
-                    faults.push(format!(
-                        "contact.around.{i}.angle: found {between:.4} rad between it and {name}; expected at least \
-                         {least:.4} rad: two bodies of {wheel} m radius on one of {roller} m would overlap"
-                    ));
-                }
+            } else if between < least_angle(roller, [*beside, wheel]) {
+                let least = least_angle(roller, [*beside, wheel]);
+                faults.push(format!(
+                    "contact.around.{i}.angle: found {between:.4} rad between it and {name}; expected at least \
+                     {least:.4} rad: bodies of {beside} m and {wheel} m radius on one of {roller} m would overlap"
+                ));
             }
         }
-        angles.push((format!("contact.around.{i}"), angle));
+        placed.push((format!("contact.around.{i}"), angle, wheel));
     }
-    let upper = job.bodies.upper.as_ref();
-    if upper.and_then(|body| body.modes.as_ref()).is_some_and(|modes| !modes.measured.is_empty()) {
-        faults.push(
-            "bodies.upper.modes.measured: names modes of one body, and contact.around has several; leave one of the \
+    let measured = |body: &Body| body.modes.as_ref().is_some_and(|modes| !modes.measured.is_empty());
+    for (key, _) in job.all_bodies().into_iter().filter(|(key, body)| key != "lower" && measured(body)) {
+        faults.push(format!(
+            "bodies.{key}.modes.measured: names modes of one body, and contact.around has several; leave one of the \
              two out"
-                .into(),
-        );
+        ));
     }
     let swept = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
     for (name, given) in [
@@ -129,6 +129,67 @@ pub fn check_around(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     }
     let several = SeveralContacts { cause: "contact.around".into(), without: "a job without contact.around".into() };
     check_analyses(job, contact, &several, faults);
+}
+
+/// Smallest angle, rad, between two bodies of the radii `around` on a roller of the radius `roller`, m: their centres
+/// are as far apart as the sum of their radii.
+fn least_angle(roller: f64, around: [f64; 2]) -> f64 {
+    let [a, b] = around.map(|radius| roller + radius);
+    let apart = around[0] + around[1];
+    ((a * a + b * b - apart * apart) / (2.0 * a * b)).clamp(-1.0, 1.0).acos()
+}
+
+/// Faults of the names of bodies that contacts have.
+fn check_names(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
+    let known: Vec<String> = job.bodies.others.keys().cloned().collect();
+    for (i, name) in contact.around.iter().enumerate().filter_map(|(i, one)| Some((i, one.body.as_ref()?))) {
+        let first = contact.around.iter().position(|one| one.body.as_ref() == Some(name)).filter(|first| *first < i);
+        if let Some(first) = first {
+            faults.push(format!(
+                "contact.around.{i}.body: found {name:?}, which stands at contact.around.{first}; expected another \
+                 name: give the body a second time under it"
+            ));
+        } else if !known.contains(name) {
+            let near = super::super::schema::nearest(name, &known).map(|n| format!("; did you mean {n:?}?"));
+            faults.push(format!(
+                "contact.around.{i}.body: found {name:?}, expected one of bodies.others{}",
+                near.unwrap_or_else(|| match known.is_empty() {
+                    true => ", which the job does not give".into(),
+                    false => format!(": {}", super::super::schema::quoted(&known)),
+                })
+            ));
+        }
+    }
+}
+
+/// Adds the faults of a job in its further bodies.
+pub fn check_others(job: &Job, faults: &mut Vec<String>) {
+    let elastic = |body: &Body| body.material.as_ref().map(|m| [m.young, m.poisson]);
+    let upper = job.bodies.upper.as_ref().and_then(elastic);
+    for (name, body) in &job.bodies.others {
+        let letters = |c: char| c.is_ascii_alphanumeric() || c == '-' || c == '_';
+        if name.is_empty() || !name.chars().all(letters) {
+            faults.push(format!(
+                "bodies.others: found the name {name:?}, expected letters, digits, hyphens and underscores"
+            ));
+        }
+        let around = job.contact.iter().flat_map(|contact| &contact.around);
+        if !around.into_iter().any(|one| one.body.as_ref() == Some(name)) {
+            faults.push(format!(
+                "bodies.others.{name}: touches nothing; expected its name as contact.around.N.body, or leave it out"
+            ));
+        }
+        // The contacts of the bodies on one side share their half-space.
+        if let (Some([young, poisson]), Some(expected)) = (elastic(body), upper) {
+            if [young, poisson] != expected {
+                faults.push(format!(
+                    "bodies.others.{name}.material: found young {young:e} Pa and poisson {poisson}, expected {:e} Pa \
+                     and {}, those of bodies.upper: bodies around one touch it with surfaces of one stiffness",
+                    expected[0], expected[1]
+                ));
+            }
+        }
+    }
 }
 
 /// Faults of the loads of a wheel at all places of contact, outside of a curve.

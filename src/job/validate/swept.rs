@@ -122,8 +122,8 @@ pub fn check_body(path: &str, body: &Body, revolved: &Revolved, faults: &mut Vec
 
 /// Adds the faults of a contact with swept bodies, or of one that asks for them.
 pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
-    let swept: Vec<(&str, Running)> = job
-        .bodies()
+    let swept: Vec<(String, Running)> = job
+        .all_bodies()
         .into_iter()
         .filter(|(_, b)| matches!(b.mesh, Some(MeshSource::Revolved(_) | MeshSource::Extruded(_))))
         .filter_map(|(name, b)| Some((name, b.running()?)))
@@ -134,7 +134,7 @@ pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     }
     let hybrid = contact.compliance == Compliance::Hybrid;
     let spacing = contact.patch.and_then(|p| p.spacing);
-    if swept.len() < job.bodies().len() {
+    if swept.len() < job.all_bodies().len() {
         if !swept.is_empty() {
             faults.push(
                 "bodies: one is swept (mesh.revolved, mesh.extruded), the other is not; without \

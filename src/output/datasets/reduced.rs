@@ -166,7 +166,7 @@ impl Known<'_> {
         let path = |what: &str| format!("/reduced/{place}/{what}");
         let count = self.omega.len();
         let mut tables = Vec::new();
-        if self.reach.is_finite() && self.omega.last().is_some_and(|last| self.reach > *last) {
+        if self.reach.is_finite() && self.omega.last().is_none_or(|last| self.reach > *last) {
             let text = "Angular frequency up to which the modes are known, beyond the last one.";
             tables.push(Table::list(&path("reach"), "rad/s", text, vec![self.reach]));
         }

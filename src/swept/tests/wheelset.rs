@@ -260,7 +260,12 @@ fn a_wheelset_of_one_drawn_half_is_the_built_in_one() {
     let level = |edge: &&[usize; 3]| edge.iter().all(|&k| (drawn_half.nodes[k][0] - 0.46).abs() < 1e-9);
     let running: Vec<Vec<usize>> = drawn_half.tread.iter().filter(level).map(|edge| edge[..2].to_vec()).collect();
     let curves = [("running".to_owned(), running)].into();
-    let drawn = DrawnSection::new(Path::Axle, drawn_half.nodes, &faces, &curves, "running").unwrap();
+    let made = |nodes| DrawnSection::new(Path::Axle, nodes, &faces, &curves, "running").unwrap();
+    // A cut of which a corner is off by micrometres would leave a slit.
+    let mut off = drawn_half.nodes.clone();
+    off.iter_mut().filter(|x| x[0] == 0.0 && (x[1] - 0.75).abs() < 1e-9).for_each(|x| x[1] -= 2e-6);
+    assert!(made(off).with_mirror_image(0.75).unwrap_err().message().contains("lies 2.0e-6 m beside it"));
+    let drawn = made(drawn_half.nodes);
     for (middle, words) in [(0.7, "ends at x = 0.750000 m"), (0.8, "up to the middle of its axle and no farther")] {
         assert!(drawn.clone().with_mirror_image(middle).unwrap_err().message().contains(words));
     }
