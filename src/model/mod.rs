@@ -220,7 +220,7 @@ fn owners<'j>(job: &'j Job, side: Side, names: &[ModeLabel], count: usize) -> Ve
     all.into_iter().map(owner).collect()
 }
 
-/// Angular velocities of the bodies on a side of `job` at each of its modes, rad/s; see [`owners`].
+/// Angular velocities of the bodies on a side of `job` at each of its modes, rad/s.
 pub fn speeds(job: &Job, side: Side, names: &[ModeLabel], count: usize) -> Vec<f64> {
     let mut all = vec![0.0; count];
     for Owner { body, modes, .. } in owners(job, side, names, count) {
