@@ -49,6 +49,7 @@ class Modes:
     angular_velocity: float  # rad/s; 0 of a body that does not rotate
     diameters: Floats | None  # [m], nodal diameters at rest; of bodies that rotate
     family: list[str]  # [m], kind of motion such as `axial 0`; empty where it is not known
+    speeds: Floats  # [m], rad/s, angular velocity of the body of each mode
     wave_frequency: Floats | None  # [m], Hz
     wave_diameters: Floats | None  # [m], positive where the wave travels with the rotation
 
@@ -64,6 +65,7 @@ class Modes:
         speed = result.number(f"{path}/angular_velocity") if f"{path}/angular_velocity" in result else 0.0
         frequency = result.array(f"{path}/frequency")
         residual = result.optional(f"{path}/residual")
+        speeds = result.optional(f"{path}/angular_velocities")
         return cls(
             body,
             frequency,
@@ -71,6 +73,7 @@ class Modes:
             speed,
             result.optional(f"{path}/diameters"),
             result.texts(f"{path}/family") if f"{path}/family" in result else [""] * len(frequency),
+            np.full(len(frequency), speed) if speeds is None else speeds,
             result.optional(f"{path}/wave_frequency"),
             result.optional(f"{path}/wave_diameters"),
         )

@@ -259,6 +259,7 @@ def test_axes_have_names_and_units() -> None:
         labels.quantity("bodies.upper.mesh.revolved.contact_offset", "m", {"lower": "rail", "upper": "wheel"}).axis
         == "contact offset of the wheel / mm"
     )
+    assert labels.quantity("bodies.others.idler.material.young", "Pa").axis.startswith("Young's modulus of idler")
     # A key that is not listed has its last words and the unit of the file.
     assert (
         labels.quantity("bodies.lower.supports.2.loss_frequency", "Hz").axis

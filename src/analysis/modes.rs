@@ -12,7 +12,7 @@ use crate::output::{companion, write_modes, BodyPart, SequenceFile, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::Result;
+use crate::{Error, Result};
 use std::path::Path;
 
 /// Collective: modes of each of [`BuiltBodies::unique`]; none where the job asks for none.
@@ -134,7 +134,7 @@ pub fn broadcast(world: &World, modes: Option<Vec<TraceModes>>) -> Vec<TraceMode
 /// Nodal diameters of the modes of a body that rotates, and its waves.
 fn rotating(run: &mut Run, place: &str, modes: &TraceModes, rotation: &ModalRotation) -> Result<()> {
     let speed = run.job.angular_velocity(place);
-    let side = if place == "lower" { Side::Lower } else { Side::Upper };
+    let side = Side::named(place).ok_or_else(|| Error::Defect(format!("a body in the place {place}")))?;
     let speeds = speeds(run.job, side, &modes.names, modes.omega.len());
     let list = |name: &str, units: &str, text: &str, values: Vec<f64>| {
         Table::list(&format!("/modes/{place}/{name}"), units, text, values)

@@ -8,7 +8,7 @@ pub struct ModeLabel {
     /// Nodal diameters of a body of revolution; waves on the length of a rail.
     pub order: u32,
     /// Component with the largest motion, and how many modes of its kind lie below, such as "axial 0"; empty where only
-    /// the order is known. Of several bodies on one side of the contacts that of its own stands behind a comma.
+    /// the order is known. Of a mode of one of several bodies around one the name of its body follows behind a comma.
     pub family: String,
 }
 

@@ -64,12 +64,10 @@ impl<'w> SeparateBodies<'w> {
         all
     }
 
-    /// Joins a list of the modes of each body; none where a body has none.
+    /// Joins a list of the modes of each body; none where that of a body with modes is empty.
     fn joined_list<T: Clone>(&self, each: &[&Vec<T>]) -> Vec<T> {
-        match each.iter().any(|list| list.is_empty()) {
-            true => Vec::new(),
-            false => self.order.iter().map(|&(body, k)| each[body][k].clone()).collect(),
-        }
+        let all: Option<Vec<T>> = self.order.iter().map(|&(body, k)| each[body].get(k).cloned()).collect();
+        all.unwrap_or_default()
     }
 
     /// Joins a list of the modes of each body that a body may do without, which has zeros then; none where all do.

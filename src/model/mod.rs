@@ -4,6 +4,7 @@
 mod damping;
 mod low_rank_compliance;
 mod measured;
+mod owners;
 mod pair;
 mod placed;
 mod receptance;
@@ -15,7 +16,7 @@ use crate::job::{self, Job};
 use crate::parallel::World;
 use crate::{Error, Result};
 use faer::Mat;
-use std::collections::BTreeMap;
+use owners::{owners, Owner};
 
 pub use crate::body::convolution::Product;
 pub use crate::body::half_space::HalfSpace;
@@ -24,6 +25,7 @@ pub use crate::body::rotation::{ModalRotation, RotationTerms};
 pub use crate::body::{Convolution, ModalBlock, ModalMatrix, ModeLabel, TraceModes};
 pub use damping::{damping, IntrinsicDamping};
 pub use measured::{measure, shifts};
+pub use owners::speeds;
 pub use pair::{combined_compliance, CoupledModel, ModeFactors};
 pub use placed::PlacedModel;
 pub use receptance::receptance;
@@ -195,38 +197,6 @@ fn damping_of(
         Some(own) => own.scaled(body.damping_factor()).with_diagonal(&modal),
         None => modal.into(),
     })
-}
-
-/// A body with the modes of its side that are its own.
-struct Owner<'j> {
-    /// Its key below `bodies`.
-    key: String,
-    body: &'j job::Body,
-    modes: Vec<usize>,
-}
-
-/// The bodies on a side of `job` with the modes of each, of as many as there are, whose `names`, where they are known,
-/// say to which of several bodies they belong.
-fn owners<'j>(job: &'j Job, side: Side, names: &[ModeLabel], count: usize) -> Vec<Owner<'j>> {
-    let Some(first) = given(job)[side.index()] else { return Vec::new() };
-    let mut all: BTreeMap<Option<&str>, Vec<usize>> = BTreeMap::new();
-    (0..count).for_each(|k| all.entry(names.get(k).and_then(ModeLabel::body)).or_default().push(k));
-    let owner = |(name, modes): (Option<&str>, Vec<usize>)| match name
-        .and_then(|name| Some((name, job.bodies.others.get(name)?)))
-    {
-        Some((name, body)) => Owner { key: format!("others.{name}"), body, modes },
-        None => Owner { key: side.name().into(), body: first, modes },
-    };
-    all.into_iter().map(owner).collect()
-}
-
-/// Angular velocities of the bodies on a side of `job` at each of its modes, rad/s.
-pub fn speeds(job: &Job, side: Side, names: &[ModeLabel], count: usize) -> Vec<f64> {
-    let mut all = vec![0.0; count];
-    for Owner { body, modes, .. } in owners(job, side, names, count) {
-        modes.iter().for_each(|&k| all[k] = job.angular_velocity_of(body));
-    }
-    all
 }
 
 /// The bodies on a side of `job`, each with its angular velocity, rad/s: all that the equations of motion of its modes

@@ -125,9 +125,11 @@ fn a_wheel_and_an_idler_on_a_stiff_roller_are_each_by_itself() {
         assert!(ran.good().out.contains(part), "{part}: {}", ran.out);
     }
     let both = eigenvalues(&folder, "job.h5");
-    let first = &both[0];
     let swept = read::<Complex64>(&folder, "job.h5", "sweep/eigenvalue");
-    assert!((swept[0] - first).norm() < 1e-9 * first.norm(), "{} and {first}", swept[0]);
+    let offset = read::<i64>(&folder, "job.h5", "sweep/offset").into_iter().map(|k| k as usize).collect::<Vec<_>>();
+    let [as_given, twice] = [0, 1].map(|point| &swept[offset[point]..offset[point + 1]]);
+    assert!(as_given.len() == both.len() && farthest(as_given, &both) < 1e-9, "{as_given:?} and {both:?}");
+    assert!(farthest(twice, &both) > 1e-4, "twice the damping of the idler changes its modes: {twice:?}");
     let model = folder.text("job.h5");
     folder.call(2, "run", &["--output", &folder.text("two.h5")]).good();
     folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("again.h5")]).good();
@@ -156,6 +158,19 @@ fn a_wheel_and_an_idler_on_a_stiff_roller_are_each_by_itself() {
         assert!(alone.len() > 3 && farthest(&alone, &both) < 1e-6, "{load} N: {:e}", farthest(&alone, &both));
     }
     assert_eq!(both.len(), count);
+}
+
+/// An idler that has no mode up to the highest frequency adds none to those of the wheel.
+#[test]
+fn an_idler_may_be_without_modes() {
+    let mut job = with_idler();
+    job["analyses"]["modes"]["max_frequency"] = json!(1300);
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &[]).good();
+    let names = read::<hdf5::types::VarLenUnicode>(&folder, "job.h5", "modes/upper/family");
+    let frequencies = read::<f64>(&folder, "job.h5", "modes/upper/frequency");
+    assert!(names.len() > 1 && names.iter().all(|name| name.ends_with(", body 1")), "{names:?}");
+    assert!(frequencies.len() == names.len() && !eigenvalues(&folder, "job.h5").is_empty(), "{frequencies:?}");
 }
 
 /// Bodies by their names that are not there, stand nowhere or at two places are refused by their keys.

@@ -38,10 +38,12 @@ def diagram(axes: Any, result: Result, body: str) -> None:
     )
     modes = Modes.from_result(result, body)
     assert modes.diameters is not None and modes.wave_frequency is not None
-    speed = abs(modes.angular_velocity)
+    # Of several bodies around one the fastest one is shown; the others turn in proportion.
+    speed = float(np.max(np.abs(modes.speeds)))
+    own = (np.abs(modes.speeds) / speed)[:, np.newaxis] if speed > 0 else np.ones((len(omega), 1))
     diameters = np.round(modes.diameters).astype(int)
     speeds = np.linspace(0.0, 2.0 * speed, POINTS)
-    lines = followed([frequencies(omega, s * gyroscopic, s**2 * stiffness) for s in speeds])[:, :MODES]
+    lines = followed([frequencies(omega, s * own * gyroscopic, (s * own) ** 2 * stiffness) for s in speeds])[:, :MODES]
     waves = np.sort(modes.wave_frequency)
     # The run is the middle one of the angular velocities.
     here = lines[POINTS // 2]
