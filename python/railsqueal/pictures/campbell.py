@@ -20,6 +20,7 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     bodies = [
         b for b in ("lower", "upper") if f"reduced/{b}/gyroscopic" in result and f"modes/{b}/wave_frequency" in result
     ]
+    bodies = [b for b in bodies if result.array(f"modes/{b}/frequency").size]
     if not bodies:
         return []
     figure, axes = plt.subplots(
@@ -58,7 +59,8 @@ def diagram(axes: Any, result: Result, body: str) -> None:
             axis.plot(speed, run[k] - rest, "o", color="0.25", markersize=3)
     axes[0].set_ylabel("frequency f / Hz")
     axes[0].set_title(f"{body_words(result.job)[body]}, undamped; dots: this run")
-    axes[1].set_xlabel("angular velocity Ω / (rad/s)")
+    whose = "" if np.ptp(modes.speeds) == 0 else " of the fastest body"
+    axes[1].set_xlabel(f"angular velocity Ω{whose} / (rad/s)")
     axes[1].set_ylabel("frequency less that at rest / Hz")
     handles, labels = axes[1].get_legend_handles_labels()
     order = np.argsort(labels)
