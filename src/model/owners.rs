@@ -1,5 +1,5 @@
-//! Bodies on one side of the contacts and the modes that are theirs: the modes of several bodies around one stand in one
-//! list.
+//! Bodies on one side of the contacts and the modes that are theirs: the modes of several bodies around one stand in
+//! one list.
 
 use crate::body::{ModeLabel, Side};
 use crate::job::{self, Job};
