@@ -40,7 +40,7 @@ fn curve(begun: Instant, kind: &str, interface: &Interface, compliance: Influenc
     let problem = SteadyProblem {
         interface,
         compliance,
-        friction: FrictionLaw::Constant(0.3),
+        friction: FrictionLaw::Constant(0.3).into(),
         kinematics: PatchKinematics::one(10.0, at(0.0)),
         loads: NormalLoad::Force(70e3).into(),
         stencil: Stencil::default(),

@@ -163,7 +163,7 @@ fn sliding(world: &World, petsc: &Petsc, bodies: &[FeBody], interface: Option<In
     let problem = SlidingProblem {
         interface: &interface,
         compliance: w.as_ref(),
-        friction: FrictionLaw::Constant(0.3),
+        friction: FrictionLaw::Constant(0.3).into(),
         kinematics: PatchKinematics::one(10.0, ContactCreepage { longitudinal: 0.0, lateral: 0.01, spin: 0.0 }),
         loads: NormalLoad::Force(70e3).into(),
         stencil: Stencil::default(),

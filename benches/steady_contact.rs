@@ -60,7 +60,7 @@ fn problem<'a>(interface: &'a Interface, compliance: Influence<'a>, creepage: Co
     SteadyProblem {
         interface,
         compliance,
-        friction: railsqueal::friction::FrictionLaw::Constant(0.3),
+        friction: railsqueal::friction::FrictionLaw::Constant(0.3).into(),
         kinematics: PatchKinematics::one(10.0, creepage),
         loads: NormalLoad::Force(LOAD).into(),
         stencil: Stencil::default(),

@@ -72,7 +72,7 @@ fn dumped(path: &str) {
             let problem = StepProblem {
                 matrix: &matrix,
                 free: &free,
-                friction: &FrictionLaw::Constant(mu[0]),
+                friction: &FrictionLaw::Constant(mu[0]).into(),
                 before: &[],
                 step: STEP,
                 patch: &[],
@@ -185,7 +185,7 @@ fn measure(stepper: &mut Stepper<'_>, steps: usize, name: &str) {
 fn settings(friction: FrictionLaw, approach: f64, creepage: ContactCreepage, speed: f64) -> Settings {
     Settings {
         scheme: Scheme { step: STEP, theta: 0.5 },
-        friction,
+        friction: friction.into(),
         solver: ContactSolver::Newton,
         tolerance: TOLERANCE,
         drive: Loading::constant(NormalLoad::Approach(approach), creepage, speed),
@@ -229,7 +229,7 @@ fn half_spaces() {
         let steady = SteadyProblem {
             interface: &s,
             compliance: statics.as_ref().into(),
-            friction: friction.clone(),
+            friction: friction.clone().into(),
             kinematics: PatchKinematics::one(speed, creepage),
             loads: NormalLoad::Force(load).into(),
             stencil: Stencil::Edge,
@@ -301,7 +301,7 @@ fn squeal(path: &str) {
     let sliding = SlidingProblem {
         interface: s,
         compliance: case.pair.compliance.as_ref(),
-        friction: case.friction.clone(),
+        friction: case.friction.clone().into(),
         kinematics: PatchKinematics::one(case.speed, case.creepage),
         loads: NormalLoad::Force(case.load).into(),
         stencil: Stencil::default(),
@@ -377,7 +377,7 @@ fn export(stepper: &mut Stepper<'_>, friction: FrictionLaw, path: &str) {
         if let Some((_, guess, free)) = last.filter(|_| mixed) {
             let mut line = Vec::new();
             for (a, tolerance) in RESIDUALS.into_iter().enumerate() {
-                let (matrix, friction, free_now) = (posed.matrix, &friction, posed.free);
+                let (matrix, friction, free_now) = (posed.matrix, &friction.clone().into(), posed.free);
                 let problem = StepProblem {
                     matrix,
                     free: free_now,

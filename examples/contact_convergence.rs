@@ -37,7 +37,7 @@ fn main() {
                 SteadyProblem {
                     interface: &s,
                     compliance: w.as_ref().into(),
-                    friction: railsqueal::friction::FrictionLaw::Constant(0.3),
+                    friction: railsqueal::friction::FrictionLaw::Constant(0.3).into(),
                     kinematics: PatchKinematics::one(
                         10.0,
                         ContactCreepage { longitudinal: xi, lateral: eta, spin: phi },

@@ -44,7 +44,7 @@ impl Pair {
         SteadyProblem {
             interface: &self.interface,
             compliance: self.w.as_ref().into(),
-            friction: FrictionLaw::Constant(MU),
+            friction: FrictionLaw::Constant(MU).into(),
             kinematics: PatchKinematics::one(10.0, ContactCreepage { longitudinal, lateral, spin }),
             loads: NormalLoad::Force(LOAD).into(),
             stencil: Stencil::default(),
@@ -158,7 +158,7 @@ fn what_depends_on_the_augmentation_vanishes_with_the_grid() {
 fn a_turned_contact_is_the_same() {
     let free = |pair: &Pair| {
         let problem = SteadyProblem {
-            friction: FrictionLaw::Constant(0.0),
+            friction: FrictionLaw::Constant(0.0).into(),
             loads: NormalLoad::Force(20e3).into(),
             ..pair.problem([0.0, 0.01, 0.0])
         };
@@ -257,7 +257,7 @@ fn rolling(
     };
     let settings = Settings {
         scheme: Scheme { step: 0.5e-3 / problem.kinematics[0].speed, theta: 0.5 },
-        friction: FrictionLaw::Constant(MU),
+        friction: FrictionLaw::Constant(MU).into(),
         solver: ContactSolver::Newton,
         tolerance: 1e-10,
         drive: Loading::constant(load, problem.kinematics[0].creepage, problem.kinematics[0].speed),

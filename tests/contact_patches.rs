@@ -7,7 +7,7 @@ use railsqueal::contact::{
     ContactCreepage, LoadedMotion, Loads, NormalLoad, PatchKinematics, SlidingDirection, SlidingProblem, SteadyProblem,
     SteadySolution, Stencil, Tangent,
 };
-use railsqueal::friction::{Exponential, FrictionLaw};
+use railsqueal::friction::{Exponential, FrictionLaw, PatchFriction};
 use railsqueal::grid::Interface;
 use railsqueal::model::{combined_compliance, CoupledModel};
 use railsqueal::stability::nonlinear_eigen::{self, SpectrumMemory};
@@ -93,7 +93,7 @@ fn problem<'a>(
     SteadyProblem {
         interface,
         compliance: w.as_ref().into(),
-        friction: FrictionLaw::Constant(MU),
+        friction: FrictionLaw::Constant(MU).into(),
         kinematics,
         loads,
         stencil: Stencil::default(),
@@ -128,13 +128,13 @@ fn two_patches_are_the_humps_of_one_grid() {
     ] {
         for load in [NormalLoad::Approach(9e-5), NormalLoad::Force(60e3)] {
             let one = SteadyProblem {
-                friction: friction.clone(),
+                friction: friction.clone().into(),
                 ..problem(&h.whole, &h.whole_w, PatchKinematics::one(10.0, creepage), load.into())
             };
             let whole = one.solve().unwrap();
             let same = |loads: Loads| {
                 let p = problem(&h.patches, &h.patches_w, Humps::rolling(creepage), loads);
-                SteadyProblem { friction: friction.clone(), ..p }.solve().unwrap()
+                SteadyProblem { friction: friction.clone().into(), ..p }.solve().unwrap()
             };
             let shared = same(Loads::vertical(&[0.0; 2], load));
             let off = apart(&whole, &h.nodes, &shared);
@@ -165,7 +165,9 @@ fn two_patches_are_the_humps_of_one_grid() {
         let sliding = |interface, w: &'_ Mat<f64>, kinematics, loads| {
             let compliance = w.as_ref();
             let (friction, stencil) = (FrictionLaw::Constant(MU), Stencil::default());
-            SlidingProblem { interface, compliance, friction, kinematics, loads, stencil, direction }.solve().unwrap()
+            SlidingProblem { interface, compliance, friction: friction.into(), kinematics, loads, stencil, direction }
+                .solve()
+                .unwrap()
         };
         let load = NormalLoad::Force(60e3);
         let whole = sliding(&h.whole, &h.whole_w, PatchKinematics::one(10.0, creepage), load.into());
@@ -224,8 +226,8 @@ fn far_apart(s: &Interface, copies: usize) -> Mat<f64> {
     Mat::from_fn(copies * n, copies * n, |i, j| if i / n == j / n { w[(i % n, j % n)] } else { 0.0 })
 }
 
-/// Patches that do not feel each other are single ones, whatever their speeds and loads; a common load is shared by
-/// equal ones.
+/// Patches that do not feel each other are single ones, whatever their speeds, loads and laws of friction; a common
+/// load is shared by equal ones.
 #[test]
 fn patches_far_apart_are_single_ones() {
     let s = patch(4.0, 0.0);
@@ -237,7 +239,10 @@ fn patches_far_apart_are_single_ones() {
     ];
     let loads = [NormalLoad::Force(30e3), NormalLoad::Approach(4e-5)];
     let falling = FrictionLaw::from(Exponential::new(0.4, 0.25, 0.1).remembering(1e-3));
-    for friction in [FrictionLaw::Constant(MU), falling] {
+    let slippery = FrictionLaw::Constant(0.4 * MU);
+    for laws in [[FrictionLaw::Constant(MU), slippery.clone()], [falling.clone(), falling.clone()], [slippery, falling]]
+    {
+        let friction = PatchFriction::new(laws[0].clone(), vec![laws[1].clone()]);
         let together = SteadyProblem {
             friction: friction.clone(),
             ..problem(&both, &both_w, rolling.to_vec(), Loads::of_patches(&loads))
@@ -245,14 +250,15 @@ fn patches_far_apart_are_single_ones() {
         let found = together.solve().unwrap();
         let linear = together.contact(&found);
         for c in 0..2 {
+            let law = &laws[c];
             let single =
-                SteadyProblem { friction: friction.clone(), ..problem(&s, &w, vec![rolling[c]], loads[c].into()) };
+                SteadyProblem { friction: law.clone().into(), ..problem(&s, &w, vec![rolling[c]], loads[c].into()) };
             let alone = single.solve().unwrap();
             let nodes: Vec<usize> = both.patches[c].nodes().collect();
             let off = apart(&found, &nodes, &alone);
-            assert!(off < 1e-10, "{friction}, patch {c}: {off:e}");
+            assert!(off < 1e-10, "{law}, patch {c}: {off:e}");
             let creep = nodes.iter().zip(&alone.creep).map(|(&i, c)| (found.creep[i][1] - c[1]).abs());
-            assert!(creep.fold(0.0, f64::max) < 1e-8, "{friction}, patch {c}: creep");
+            assert!(creep.fold(0.0, f64::max) < 1e-8, "{law}, patch {c}: creep");
             let (a, b) = (found.patches[c], alone.patches[0]);
             assert!((a.moment_z - b.moment_z).abs() < 1e-9 * b.force[2].abs() * 1e-2);
             assert!((a.approach / b.approach - 1.0).abs() < 1e-9);
@@ -268,8 +274,15 @@ fn patches_far_apart_are_single_ones() {
             let edges =
                 |at: usize| linear.edges.iter().filter(|e| nodes.contains(&linear.nodes[e.at].node)).count() == at;
             assert!(edges(own.edges.len()));
+            let memory = linear.memory.iter().filter(|m| nodes.contains(&linear.nodes[m.at].node));
+            let memory: Vec<_> = memory.map(|m| (m.force, m.relaxation)).collect();
+            assert_eq!(memory.len(), own.memory.len());
+            for ((force, rates), own) in memory.iter().zip(&own.memory) {
+                assert!((force - own.force).abs() < 1e-6 * b.force[2].abs(), "{law}, patch {c}");
+                assert!((rates.decay / own.relaxation.decay - 1.0).abs() < 1e-6, "{law}, patch {c}: {rates:?}");
+            }
         }
-        assert_eq!(together.contact(&found).memory.is_empty(), friction.is_constant());
+        assert_eq!(linear.memory.is_empty(), friction.is_constant());
     }
     let shared = problem(&both, &both_w, vec![rolling[0]; 2], Loads::vertical(&[0.0; 2], NormalLoad::Force(50e3)));
     let found = shared.solve().unwrap();
@@ -311,7 +324,7 @@ fn a_vertical_load_is_borne_by_pressures_and_friction() {
         let sliding = SlidingProblem {
             interface: &both,
             compliance: w.as_ref(),
-            friction: FrictionLaw::Constant(MU),
+            friction: FrictionLaw::Constant(MU).into(),
             kinematics: kinematics.clone(),
             loads: loads(),
             stencil: Stencil::default(),
@@ -488,19 +501,23 @@ fn eigenvalues_of_patches_apart_are_those_of_each() {
         PatchKinematics { speed: 14.0, creepage: ContactCreepage { longitudinal: 0.001, lateral: -0.012, spin: 0.0 } },
     ];
     let loads = [NormalLoad::Force(40e3), NormalLoad::Force(20e3)];
-    let linear = |s: &Interface, pair: &CoupledModel, rolling: &[PatchKinematics], loads: &[NormalLoad]| {
-        let p = problem(s, &pair.compliance, rolling.to_vec(), Loads::of_patches(loads));
+    let falling = FrictionLaw::from(Exponential::new(0.4, 0.25, 0.1).remembering(1e-3));
+    let friction = PatchFriction::new(FrictionLaw::Constant(MU), vec![falling]);
+    let linear = |s: &Interface, pair: &CoupledModel, (patch, count): (usize, usize)| {
+        let (rolling, loads) = (rolling[patch..][..count].to_vec(), Loads::of_patches(&loads[patch..][..count]));
+        let friction = if count == 2 { friction.clone() } else { friction.law(patch).clone().into() };
+        let p = SteadyProblem { friction, ..problem(s, &pair.compliance, rolling, loads) };
         p.contact(&p.solve().unwrap())
     };
     let mut alone = Vec::new();
     for c in 0..2 {
         let pair = CoupledModel::new(&bodies[c], &rigid(n)).unwrap();
-        let contact = linear(&s, &pair, &rolling[c..=c], &loads[c..=c]);
+        let contact = linear(&s, &pair, (c, 1));
         alone.extend(values(&reduced::eigenpairs(&pair, &contact, 1e-8).unwrap()));
     }
     let whole = side_by_side(&bodies[0], &bodies[1]);
     let pair = CoupledModel::new(&whole, &rigid(2 * n)).unwrap();
-    let contact = linear(&both, &pair, &rolling, &loads);
+    let contact = linear(&both, &pair, (0, 2));
     let dense = values(&reduced::eigenpairs(&pair, &contact, 1e-8).unwrap());
     let determinant = nonlinear_eigen::eigenpairs(&pair, &contact, [0.3, 1e-10], &SpectrumMemory::default())
         .unwrap()
@@ -527,7 +544,7 @@ fn eigenvalues_of_patches_apart_are_those_of_each() {
     }
     let whole = ReducedBody::new(whole.omega, vec![0.4; 80], modes, compliance);
     let pair = CoupledModel::new(&whole, &rigid(2 * n)).unwrap();
-    let contact = linear(&both, &pair, &rolling, &loads);
+    let contact = linear(&both, &pair, (0, 2));
     let dense = values(&reduced::eigenpairs(&pair, &contact, 1e-8).unwrap());
     let determinant = nonlinear_eigen::eigenpairs(&pair, &contact, [0.3, 1e-10], &SpectrumMemory::default())
         .unwrap()
@@ -537,9 +554,9 @@ fn eigenvalues_of_patches_apart_are_those_of_each() {
     assert!(moved.fold(0.0, f64::max) > 1.0, "the coupling moves nothing");
 }
 
-fn settings(loading: Loading, friction: FrictionLaw, step: f64) -> Settings {
+fn settings(loading: Loading, friction: impl Into<PatchFriction>, step: f64) -> Settings {
     let (scheme, solver) = (Scheme { step, theta: 0.5 }, ContactSolver::Newton);
-    Settings { scheme, friction, solver, tolerance: 1e-12, drive: loading }
+    Settings { scheme, friction: friction.into(), solver, tolerance: 1e-12, drive: loading }
 }
 
 /// Constant rolling of patches whose approaches are those of the gaps.

@@ -41,7 +41,7 @@ impl Pair {
         SteadyProblem {
             interface: &self.interface,
             compliance: self.w.as_ref().into(),
-            friction: FrictionLaw::Constant(MU),
+            friction: FrictionLaw::Constant(MU).into(),
             kinematics: PatchKinematics::one(10.0, ContactCreepage { longitudinal: xi, lateral: eta, spin: phi }),
             loads: NormalLoad::Force(self.load).into(),
             stencil: Stencil::default(),
@@ -195,7 +195,7 @@ fn forces_without_slip_are_those_of_the_linear_theory() {
     let coefficient = |m: HalfSpace, c: [f64; 3], component: usize, power: i32| {
         let pair = Pair::new(m, m, 10e3, 16);
         let mut p = pair.problem(c[0], c[1], c[2]);
-        p.friction = FrictionLaw::Constant(1e3);
+        p.friction = FrictionLaw::Constant(1e3).into();
         let s = p.solve().unwrap();
         assert!(s.state.iter().all(|&v| v != 2), "slip at friction 1000");
         s.force[component] / (m.shear() * pair.a.powi(power) * (c[0] + c[1] + c[2]))
@@ -295,7 +295,7 @@ fn falling_friction_takes_the_coefficient_at_the_local_creep() {
     for creepages in [[0.0, 2e-3, 0.0], [-3e-3, 4e-3, 0.3], [0.02, 0.01, 0.0]] {
         let [xi, eta, phi] = creepages;
         let mut p = pair.problem(xi, eta, phi);
-        p.friction = law.clone();
+        p.friction = law.clone().into();
         let s = p.solve().unwrap();
         let peak = s.pressure.iter().copied().fold(0.0, f64::max);
         let mut mu = 0.4;
@@ -341,7 +341,7 @@ fn short_and_long_memories() {
     let mut p = pair.problem(0.001, 3e-3, 0.2);
     for (length, long) in [(1e-8, false), (10.0, true)] {
         let law = FrictionLaw::from(Exponential::new(0.4, 0.2, 0.05).remembering(length));
-        p.friction = law.clone();
+        p.friction = law.clone().into();
         let s = p.solve().unwrap();
         let mut slipping = 0;
         for i in (0..s.pressure.len()).filter(|&i| s.state[i] == 2) {
@@ -497,7 +497,7 @@ fn bad_problems_are_refused_with_a_reason() {
         other => panic!("{word}: {other:?}"),
     };
     job(SteadyProblem { kinematics: PatchKinematics::one(0.0, rolling.creepage), ..good.clone() }, "contact.speed");
-    job(SteadyProblem { friction: FrictionLaw::Constant(f64::NAN), ..good.clone() }, "contact.friction");
+    job(SteadyProblem { friction: FrictionLaw::Constant(f64::NAN).into(), ..good.clone() }, "contact.friction");
     job(SteadyProblem { loads: NormalLoad::Force(-1.0).into(), ..good.clone() }, "contact.normal_load");
     let turning = PatchKinematics::one(rolling.speed, ContactCreepage { spin: f64::INFINITY, ..rolling.creepage });
     job(SteadyProblem { kinematics: turning, ..good.clone() }, "spin");
@@ -533,7 +533,7 @@ fn lateral(problem: &SteadyProblem<'_>, eta: f64) -> Vec<PatchKinematics> {
 fn a_curve_by_continuation_is_made_of_single_solutions() {
     let c = Pair::new(STEEL, SOFT, 70e3, 8);
     for law in [FrictionLaw::Constant(0.3), Exponential::new(0.4, 0.25, 0.1).into()] {
-        let problem = SteadyProblem { friction: law.clone(), tolerance: 1e-10, ..c.problem(0.0005, 0.0, 0.1) };
+        let problem = SteadyProblem { friction: law.clone().into(), tolerance: 1e-10, ..c.problem(0.0005, 0.0, 0.1) };
         let mut curve = Continuation::new(problem.clone());
         let up = (0..=24).map(|i| 0.0005 * f64::from(i));
         for eta in up.chain([0.011, 0.007, 0.0069, -0.003, -0.004]) {
@@ -556,7 +556,7 @@ fn a_curve_by_continuation_is_made_of_single_solutions() {
 fn a_curve_at_its_own_residual_has_the_forces() {
     let c = Pair::new(STEEL, SOFT, 70e3, 8);
     for law in [FrictionLaw::Constant(0.3), Exponential::new(0.4, 0.25, 0.1).into()] {
-        let exact = SteadyProblem { friction: law.clone(), tolerance: 1e-11, ..c.problem(0.0005, 0.0, 0.1) };
+        let exact = SteadyProblem { friction: law.clone().into(), tolerance: 1e-11, ..c.problem(0.0005, 0.0, 0.1) };
         let mut curve = Continuation::new(SteadyProblem { tolerance: 1e-6, ..exact.clone() });
         let mut most = 0.0f64;
         for eta in (0..=30).chain((0..30).rev()).map(|i| 0.0004 * f64::from(i)) {
@@ -638,7 +638,7 @@ fn many_nodes_need_no_matrix() {
     let problem = |eta: f64, phi: f64| SteadyProblem {
         interface: &s,
         compliance: (&c).into(),
-        friction: FrictionLaw::Constant(MU),
+        friction: FrictionLaw::Constant(MU).into(),
         kinematics: PatchKinematics::one(10.0, ContactCreepage { longitudinal: 0.0, lateral: eta, spin: phi }),
         loads: NormalLoad::Force(load).into(),
         stencil: Stencil::default(),

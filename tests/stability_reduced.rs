@@ -326,7 +326,7 @@ fn problem<'a>(s: &'a Interface, b: &'a CoupledModel, mu: f64, c: [f64; 3]) -> S
     SlidingProblem {
         interface: s,
         compliance: b.compliance.as_ref(),
-        friction: FrictionLaw::Constant(mu),
+        friction: FrictionLaw::Constant(mu).into(),
         kinematics: PatchKinematics::one(10.0, ContactCreepage { longitudinal: c[0], lateral: c[1], spin: c[2] }),
         loads: NormalLoad::Force(70e3).into(),
         stencil: Stencil::default(),
@@ -430,15 +430,15 @@ fn eigenpairs_satisfy_the_original_equations() {
         let (mut a, mut rhs) = (Mat::<Complex<f64>>::zeros(4 * k, 4 * k), Mat::<Complex<f64>>::zeros(4 * k, 1));
         for i in 0..k {
             let (node, t, v) = (sliding.closed[i], sliding.direction[i], sliding.velocity[i]);
-            let (law, slope) = (p.friction.coefficient(v), p.friction.slope(v));
+            let (law, slope) = (p.friction.law(0).coefficient(v), p.friction.law(0).slope(v));
             let mu = sliding.friction[node];
             let p0 = sliding.pressure[node] * s.weight[node];
             let d = |q: usize, c: usize| mu * p0 / v * (f64::from(u8::from(q == c)) - t[q] * t[c]);
             // Material that comes from the node upstream, or with the coefficient at rest from an open one.
-            let (length, spacing) = (p.friction.memory().unwrap().length, s.patches[0].x[1] - s.patches[0].x[0]);
+            let (length, spacing) = (p.friction.law(0).memory().unwrap().length, s.patches[0].x[1] - s.patches[0].x[0]);
             let kept = (-v * spacing / (p.kinematics[0].speed * length)).exp();
             let from = sliding.closed.iter().position(|&j| j + 1 == node);
-            let before = from.map_or(p.friction.coefficient(0.0), |_| sliding.friction[node - 1]);
+            let before = from.map_or(p.friction.law(0).coefficient(0.0), |_| sliding.friction[node - 1]);
             near(mu, kept * before + (1.0 - kept) * law, 1e-12, "friction of the state");
             let rate = v / length / (1.0 - kept);
             let gain = v / length * slope
@@ -598,7 +598,7 @@ fn one_mode_on_the_rest_grows_as_the_eigenvalue_does() {
         (FrictionLaw::Constant(0.5), [0.015, -0.02, 0.3]),
         (falling, [0.0, 0.03, 0.0]),
     ] {
-        let p = SlidingProblem { friction, ..problem(&s, &b, 0.0, c) };
+        let p = SlidingProblem { friction: friction.into(), ..problem(&s, &b, 0.0, c) };
         let contact = p.contact(&p.solve().unwrap());
         let mut pairs = eigenpairs(&b, &contact, TOLERANCE).unwrap();
         // Those of modes; relaxations of the contact have no mode of their own.
@@ -690,7 +690,16 @@ fn rolling<'a>(s: &'a Interface, b: &'a CoupledModel, friction: FrictionLaw, c: 
     let SlidingProblem { interface, compliance, kinematics, loads, stencil, .. } = problem(s, b, 0.3, c);
     let (tolerance, max_iterations) = (1e-11, 400);
     let compliance = compliance.into();
-    SteadyProblem { interface, compliance, friction, kinematics, loads, stencil, tolerance, max_iterations }
+    SteadyProblem {
+        interface,
+        compliance,
+        friction: friction.into(),
+        kinematics,
+        loads,
+        stencil,
+        tolerance,
+        max_iterations,
+    }
 }
 
 /// Without sticking nodes, the steady state is that of sliding along the actual creep, with constant friction and with
@@ -702,7 +711,7 @@ fn the_steady_state_is_that_of_sliding_where_nothing_sticks() {
     for law in [FrictionLaw::Constant(0.3), Exponential::new(0.3, 0.2, 0.3).into()] {
         let c = [0.003, -0.03, 0.1];
         let (mut p, steady) = (problem(&s, &b, 0.3, c), rolling(&s, &b, law.clone(), c));
-        (p.friction, p.direction) = (law.clone(), SlidingDirection::Actual);
+        (p.friction, p.direction) = (law.clone().into(), SlidingDirection::Actual);
         let (sliding, rolling) = (p.contact(&p.solve().unwrap()), steady.contact(&steady.solve().unwrap()));
         assert_eq!((rolling.sticking(), rolling.nodes.len()), (0, sliding.nodes.len()));
         let [sliding, rolling] = [sliding, rolling].map(|c| eigenpairs(&b, &c, TOLERANCE).unwrap());
@@ -880,7 +889,7 @@ fn derivatives_equal_differences_of_the_eigenvalues() {
             ("speed", 3e-3, &|p, by| p.kinematics[0].speed += by),
             ("lateral creepage", 1e-6, &|p, by| p.kinematics[0].creepage.lateral += by),
             ("spin", 1e-3, &|p, by| p.kinematics[0].creepage.spin += by),
-            ("friction", 3e-4, &|p, by| p.friction = p.friction.scaled(1.0 + by)),
+            ("friction", 3e-4, &|p, by| p.friction = p.friction.law(0).scaled(1.0 + by).into()),
         ];
         for (what, step, change) in changes {
             let small = 0.05 * step;

@@ -41,7 +41,7 @@ fn still() -> Loading {
 fn settings(step: f64, drive: Loading, mu: f64) -> Settings {
     Settings {
         scheme: Scheme { step, theta: 0.5 },
-        friction: FrictionLaw::Constant(mu),
+        friction: FrictionLaw::Constant(mu).into(),
         solver: ContactSolver::Newton,
         tolerance: 1e-11,
         drive,
@@ -222,7 +222,7 @@ fn shifted(s: &Interface, w: &Mat<f64>, none: &Mat<f64>, steps: usize) -> State 
     let normal = SteadyProblem {
         interface: s,
         compliance: w.as_ref().into(),
-        friction: FrictionLaw::Constant(0.0),
+        friction: FrictionLaw::Constant(0.0).into(),
         kinematics: PatchKinematics::one(1.0, ContactCreepage::default()),
         loads: NormalLoad::Force(c.load).into(),
         stencil: Stencil::Upwind1,
@@ -342,7 +342,7 @@ impl Squeal {
         SlidingProblem {
             interface: &self.interface,
             compliance: self.pair.influence(),
-            friction: self.law.clone(),
+            friction: self.law.clone().into(),
             kinematics: PatchKinematics::one(
                 self.speed,
                 ContactCreepage { lateral: creepage, ..ContactCreepage::default() },
@@ -357,7 +357,7 @@ impl Squeal {
         SteadyProblem {
             interface: &self.interface,
             compliance: self.pair.influence().into(),
-            friction: self.law.clone(),
+            friction: self.law.clone().into(),
             kinematics: PatchKinematics::one(self.speed, creepage),
             loads: NormalLoad::Force(self.load).into(),
             stencil: Stencil::Edge,
@@ -381,7 +381,7 @@ impl Squeal {
 
     fn settings(&self, creepage: ContactCreepage, load: NormalLoad, step: f64, solver: ContactSolver) -> Settings {
         let drive = Loading::constant(load, creepage, self.speed);
-        Settings { solver, friction: self.law.clone(), ..settings(step, drive, self.mu) }
+        Settings { solver, friction: self.law.clone().into(), ..settings(step, drive, self.mu) }
     }
 }
 
@@ -581,7 +581,7 @@ fn material_that_travels_from_node_to_node_remembers_as_in_steady_rolling() {
     let problem = SteadyProblem {
         interface: &interface,
         compliance: w.as_ref().into(),
-        friction: law.clone(),
+        friction: law.clone().into(),
         kinematics: PatchKinematics::one(speed, creepage),
         loads: NormalLoad::Force(load).into(),
         stencil: Stencil::Upwind1,
@@ -601,7 +601,7 @@ fn material_that_travels_from_node_to_node_remembers_as_in_steady_rolling() {
     let rest = State::at_rest(&model, &reaction, &steady.motions);
     let drive = Loading::constant(NormalLoad::Force(load), creepage, speed);
     let step = (interface.patches[0].x[1] - interface.patches[0].x[0]) / speed;
-    let settings = Settings { friction: law.clone(), ..settings(step, drive, 0.3) };
+    let settings = Settings { friction: law.clone().into(), ..settings(step, drive, 0.3) };
     // At rest, and with the memory of material that never slid.
     for (start, steps) in [(rest.clone().remembering(&steady.friction), 3), (rest, 60)] {
         let mut stepper = Stepper::new(quasi_static(&interface, &w, &none), settings.clone(), start).unwrap();
@@ -713,9 +713,10 @@ fn both_solvers(squeal: &Squeal) {
 /// what friction took.
 fn rubbed(squeal: &Squeal, step: f64, theta: f64, swing: f64) -> (Vec<f64>, f64) {
     let end = 4e-3;
-    let pressed = SteadyProblem { friction: FrictionLaw::Constant(0.0), ..squeal.steady(ContactCreepage::default()) }
-        .solve()
-        .unwrap();
+    let pressed =
+        SteadyProblem { friction: FrictionLaw::Constant(0.0).into(), ..squeal.steady(ContactCreepage::default()) }
+            .solve()
+            .unwrap();
     let start = squeal.rest(&pressed.pressure, &pressed.traction, pressed.motions[0]);
     let load = NormalLoad::Approach(pressed.motions[0]);
     let mut settings = squeal.settings(ContactCreepage::default(), load, step, ContactSolver::Newton);

@@ -60,7 +60,7 @@ fn roll(side: RailSide, row: &Row, stencil: Stencil) -> (SteadySolution, f64) {
     let problem = SteadyProblem {
         interface: &interface,
         compliance: compliance.as_ref().into(),
-        friction: FrictionLaw::Constant(0.3),
+        friction: FrictionLaw::Constant(0.3).into(),
         kinematics: PatchKinematics::one(
             creepage.speed,
             ContactCreepage { longitudinal: creepage.longitudinal, lateral: creepage.lateral, spin: creepage.spin },
@@ -180,7 +180,7 @@ fn tread_and_flange_root_share_a_vertical_force_as_in_contact() {
         let problem = SteadyProblem {
             interface: &interface,
             compliance: compliance.as_ref().into(),
-            friction: FrictionLaw::Constant(friction),
+            friction: FrictionLaw::Constant(friction).into(),
             kinematics: both.iter().map(kinematics).collect(),
             loads: Loads::vertical(&angles, NormalLoad::Force(32.5e3)),
             stencil: Stencil::default(),

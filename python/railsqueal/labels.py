@@ -14,6 +14,10 @@ BODY_WORDS = {"lower": "lower body", "upper": "upper body"}
 # Suffix of the path: name, symbol, SI unit, displayed unit, and displayed units in one SI unit.
 NAMES: dict[str, tuple[str, str, str, str, float]] = {
     "contact.friction": ("coefficient of friction", "μ", "1", "", 1),
+    "friction_zones.friction": ("coefficient of friction in a zone", "μ", "1", "", 1),
+    "friction_zones.from_angle": ("contact angle from which a zone begins", "δ", "rad", "rad", 1),
+    "friction_zones.rail": ("rail of a zone of friction", "", "-", "", 1),
+    "around.friction": ("coefficient of friction of a further body", "μ", "1", "", 1),
     "contact.normal_load": ("normal load", "N", "N", "kN", 1e-3),
     "contact.approach": ("approach", "δ", "m", "µm", 1e6),
     "contact.speed": ("rolling speed", "V", "m/s", "m/s", 1),

@@ -180,6 +180,24 @@ def contact_number(group: str) -> int:
     return int(group.rpartition("_")[2]) if "_" in group else 1
 
 
+def contact_name(result: Result, number: int) -> str:
+    """Number of a contact, from 1, with the name that it has among several."""
+    names = result.texts("contacts/name") if "contacts/name" in result else []
+    return f"contact {number} ({names[number - 1]})" if 1 <= number <= len(names) else f"contact {number}"
+
+
+def friction_law(result: Result, number: int = 1) -> Any:
+    """Friction law of a contact, a number or an object of the job: its own one, that of its zone, or that of all."""
+    contact = result.job.get("contact") or {}
+    around = contact.get("around") or []
+    if 2 <= number <= len(around) + 1 and around[number - 2].get("friction") is not None:
+        return around[number - 2]["friction"]
+    zone = result.optional(f"placement{'' if number == 1 else f'_{number}'}/friction_zone")
+    if zone is not None and int(zone) >= 0:
+        return contact["friction_zones"][int(zone)]["friction"]
+    return contact.get("friction")
+
+
 def numbered(result: Result, name: str) -> list[str]:
     """A group and those of further contacts: `contact`, `contact_2`, … or `placement`, `placement_2`, …"""
     found = [name] if name in result else []

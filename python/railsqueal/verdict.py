@@ -247,7 +247,9 @@ def needed_friction(result: Result, table: ComplexModes, unstable: Integers) -> 
     if less is None or not -FRICTION <= less < 0:
         return ""
     given = lookup(result.job, "contact.friction")
-    if isinstance(given, (int, float)):
+    # The sensitivity is that to the friction of all contacts.
+    alike = not (lookup(result.job, "contact.friction_zones") or lookup(result.job, "contact.around"))
+    if alike and isinstance(given, (int, float)):
         return f"with friction below {rounded(given * (1 + less))}"
     return f"with friction lower by {rounded(-100 * less)} %"
 

@@ -1,6 +1,7 @@
 """Several contacts of a wheel: each has its figures, pictures, rows and comparison."""
 
 import csv
+import json
 import shutil
 from pathlib import Path
 
@@ -10,6 +11,7 @@ import pytest
 from conftest import dataset
 from railsqueal import ContactGrid, Result, compare, figures, report
 from railsqueal.pictures import Canvas, draw
+from railsqueal.tables import contact_name, friction_law
 
 
 @pytest.fixture
@@ -60,6 +62,23 @@ def test_report_names_the_contacts(two: Path, tmp_path: Path) -> None:
         rows = {(row["analysis"], row["point"]): row for row in csv.DictReader(file)}
     assert float(rows["steady", "contact 2"]["force_z_N"]) == force[2]
     assert float(rows["stability", "contact 2"]["force_x_N"]) == 4.0
+
+
+def test_names_and_frictions_are_those_of_each_contact(two: Path, tmp_path: Path) -> None:
+    with h5py.File(two, "a") as file:
+        job = {"contact": {"friction": 0.4, "friction_zones": [{"from_angle": 0.5, "friction": 0.1}]}}
+        dataset(file, "provenance/job", json.dumps(job))
+        for group, zone in (("placement", -1), ("placement_2", 0)):
+            dataset(file, f"{group}/friction_zone", np.int32(zone))
+        dataset(file, "contacts/name", ["tread", "flange"])
+    with Result(two) as result:
+        assert [friction_law(result, number) for number in (1, 2)] == [0.4, 0.1]
+        assert contact_name(result, 2) == "contact 2 (flange)"
+        _, *tables = report.write(result, tmp_path / "out")
+    (path,) = [p for p in tables if p.stem.endswith("-forces")]
+    with path.open(encoding="utf-8") as file:
+        points = {row["point"] for row in csv.DictReader(file) if row["analysis"] == "steady"}
+    assert points == {"contact 1 (tread)", "contact 2 (flange)"}
 
 
 def test_second_contacts_are_compared(two: Path, tmp_path: Path) -> None:

@@ -94,7 +94,7 @@ impl<'a> Curve<'a> {
         };
         if let Some(stability) = &self.job.analyses.stability {
             let (problem, pair) = (continuation.problem(), &self.model.pair);
-            well_posed::refuse_short(&contact.friction, |law| well_posed::rolling(problem, law, pair))?;
+            well_posed::refuse_short(&contact, |friction| well_posed::rolling(problem, friction, pair))?;
             let found = least_stable(stability, pair, &problem.contact(&solution), &self.memory)?;
             point.least_stable = found.map(|e| (e.value, grows(e.value, e.backward_error)));
         }
@@ -163,13 +163,14 @@ fn summarise(
         _ => format!("{value} {unit}"),
     };
     let at = |p: &CreepCurvePoint| said(p.value);
+    let names = contact.names();
     for (number, (one, change)) in contact.all().zip(changes).enumerate() {
         let of_contact = good.iter().filter_map(|p| Some((p.value + change, p.contacts.get(number)?)));
         let largest = of_contact.max_by(|a, b| friction(a.1).total_cmp(&friction(b.1)));
         let Some((value, most)) = largest else { continue };
-        let limit = -most.force[2] * one.friction.coefficient(0.0);
+        let limit = -most.force[2] * one.law().coefficient(0.0);
         let part = if limit > 0.0 { format!(", {:.4} of μN", friction(most) / limit) } else { String::new() };
-        let which = if contact.further.is_empty() { String::new() } else { format!(", contact {}", number + 1) };
+        let which = names.get(number).map_or(String::new(), |name| format!(", contact {} ({name})", number + 1));
         let name = format!("largest friction{which}");
         summary.value(&name, format!("{:.6e} N{part}, at {}", friction(most), said(value)));
     }

@@ -26,7 +26,8 @@ mod transient;
 
 use crate::body::{Capability, Kind};
 use crate::case::{preflight, wheel_rail_geometry, Meshes};
-use crate::job::{damping_lines, Compliance, Job, TransientModel};
+use crate::job::{self, damping_lines, Compliance, Job, TransientModel};
+use crate::output::datasets::contacts::{self, NamedContact};
 use crate::output::datasets::reduced::of_modes_alone;
 use crate::output::verdict::Verdict;
 use crate::output::{companion, Provenance, Reader, ResultFile, Segments, MODEL};
@@ -196,6 +197,15 @@ pub fn run(
     let mut run =
         Run { petsc, job, given, options, meshes, stop, segments, file, progress, summary: Summary::from_job(job) };
 
+    if let Some(contact) = job.contact.as_ref().filter(|c| world.is_root() && !c.further.is_empty()) {
+        let of = |(name, one): (String, &job::Contact)| {
+            let job::Creepage { longitudinal, lateral, spin } = one.creepage;
+            let (friction, creepage) = (one.law().coefficient(0.0), [longitudinal, lateral, spin]);
+            NamedContact { name, angle: one.angle, friction, speed: one.speed, creepage }
+        };
+        let named: Vec<NamedContact> = contact.names().into_iter().zip(contact.all()).map(of).collect();
+        run.file.tables(contacts::tables(&named));
+    }
     let inputs = perform(&mut run).map_err(|e| match run.file.kept_file() {
         Some(kept) if kept.exists() => {
             let what = if run.file.keeps_all() { "Modes and compliance" } else { "Modes" };

@@ -26,7 +26,7 @@ pub(super) fn ellipse(
     }
     let nodes = s.patches[number].nodes().map(|i| (s.point(i), pressure[i] * s.weight[i]));
     let c = creepage(contact);
-    let friction = contact.friction.coefficient(contact.speed * c.longitudinal.hypot(c.lateral));
+    let friction = contact.law().coefficient(contact.speed * c.longitudinal.hypot(c.lateral));
     Ok(EllipticContact::of_pressure(nodes, friction, materials))
 }
 
@@ -48,7 +48,7 @@ pub(super) fn wanted(examined: &StabilityProblem, found: &StabilityResult) -> Re
     })?;
     let place = Footprint::of_pressure(interface, &state.pressure);
     let of = |(law, (_, _, force)): (usize, &(_, _, TotalForceLaw))| -> Result<LawSpectrum> {
-        let friction = LinearForce::new(force, &ellipse, &creepage(contact), contact.speed, &contact.friction);
+        let friction = LinearForce::new(force, &ellipse, &creepage(contact), contact.speed, contact.law());
         let force = friction.force;
         let point =
             PointContact { place: &place, stiffness: ellipse.normal_stiffness(), speed: contact.speed, friction };

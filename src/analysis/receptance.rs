@@ -48,13 +48,13 @@ fn shares(spread: Spread, contact: &job::Contact, model: &ReducedModel) -> Resul
             None => {
                 let rigid = job::Direction::Rigid;
                 let problem = steady_sliding((s, &model.pair), contact, rigid)?;
-                SlidingProblem { friction: FrictionLaw::Constant(0.0), ..problem }.solve()?.pressure
+                SlidingProblem { friction: FrictionLaw::Constant(0.0).into(), ..problem }.solve()?.pressure
             }
         },
         Spread::Pressure => {
             let frictionless = FrictionLaw::Constant(0.0);
             let problem = SteadyProblem {
-                friction: frictionless,
+                friction: frictionless.into(),
                 ..steady_rolling((&model.interface, &model.pair), contact, None)
             };
             problem.solve()?.pressure.iter().zip(&s.weight).map(|(p, w)| p * w).collect()

@@ -3,6 +3,7 @@
 
 use super::stability::mode_name;
 use crate::body::Side;
+use crate::case::interface::friction;
 use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::contact::LinearContact;
 use crate::grid::ContactPatch;
@@ -51,7 +52,7 @@ impl Study<'_> {
         let contact = self.examined.contact;
         let mut all = Vec::new();
         let mut add = |parameter, value: f64, size: f64| all.push((parameter, value, size));
-        if contact.friction.largest() > 0.0 {
+        if friction(contact).largest() > 0.0 {
             add(Parameter::Friction, 1.0, 1.0);
         }
         match (total_load(contact), contact.approach, total_force(contact)) {
@@ -104,7 +105,7 @@ impl Study<'_> {
         let mut contact: job::Contact = contact.clone();
         let mut moved = None;
         match parameter {
-            Parameter::Friction => contact.friction = contact.friction.scaled(1.0 + by),
+            Parameter::Friction => contact = contact.with_friction_scaled(1.0 + by),
             Parameter::NormalLoad => {
                 let total = total_force(&contact).unwrap_or(f64::INFINITY);
                 let factor = 1.0 + total_load(&contact).map_or(0.0, |load| by / load);

@@ -5,6 +5,7 @@ use super::run::Run;
 use super::steps::Requirements;
 use super::{complex_modes, full_stability, point, sensitivity};
 use crate::case::bodies::BuiltBodies;
+use crate::case::interface::friction;
 use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::case::well_posed;
 use crate::job::{self, Job};
@@ -36,7 +37,7 @@ pub(super) fn run(
         let root = model.root()?;
         let examined = StabilityProblem { job, stability, contact, model: (&root.interface, &root.pair) };
         let found = examined.analyse(&SpectrumMemory::default())?;
-        let smallest = well_posed::smallest(&contact.friction, |law| examined.sharpness(law))?;
+        let smallest = well_posed::smallest(contact, |friction| examined.sharpness(friction))?;
         let sensitivities = sensitivity::wanted(&examined, &found, root)?;
         // Points apart from each other are not one.
         let criteria = match root.interface.are_points() {
@@ -70,7 +71,8 @@ pub(super) fn run(
     };
     if let (Some(StabilityResult { state, spectrum, .. }), Some(root)) = (&found, model.on_root()) {
         run.file.tables(eigenvalues(spectrum, root, full.as_ref()));
-        let tables = state.as_ref().map(|s| equilibrium(s, contact.friction.memory().is_some()));
+        let tables =
+            state.as_ref().map(|s| equilibrium(s, friction(contact).only().is_none_or(|law| !law.is_constant())));
         run.file.tables(tables.unwrap_or_default());
         let moves = if state.as_ref().is_none_or(|s| s.sliding) { "sliding" } else { "rolling" };
         summarise(spectrum, moves, (&root.pair, sensitivities.as_ref(), &criteria), &mut run.summary);
@@ -89,7 +91,7 @@ pub(super) fn run(
             run.file.tables(derivatives(all, root.pair.omega.len()));
             sensitivity::warn(all, &mut run.summary);
         }
-        well_posed::say(&contact.friction, smallest.unwrap_or_default(), &mut run.file, &mut run.summary);
+        well_posed::say(contact, smallest.unwrap_or_default(), &mut run.file, &mut run.summary);
         if let Some(state) = state.as_ref().filter(|s| s.reversed > 0) {
             let (reversed, closed) = (state.reversed, state.closed());
             let text = format!("{reversed} of {closed}: the creepage is too small for full sliding");

@@ -6,12 +6,12 @@ use super::run::Run;
 use super::steps::Requirements;
 use crate::body::Side;
 use crate::case::bodies::{BuiltBodies, Place};
-use crate::case::interface::steady_rolling;
+use crate::case::interface::{friction, steady_rolling};
 use crate::case::wheel_rail_geometry;
 use crate::contact::consistent::{ConsistentSolution, ConsistentSteady};
 use crate::contact::SteadySolution;
 use crate::grid::{ContactGrid, Interface, Transfer};
-use crate::job::{self, Compliance, ContactWheels, Job, Quadrature, TrackSide};
+use crate::job::{self, Compliance, Job, Quadrature};
 use crate::model::CoupledModel;
 use crate::output::datasets::contact::{consistent, tables};
 use crate::output::{averaged, contact_fields, GridPatch, PointField, ResultFile, Table};
@@ -62,7 +62,7 @@ pub fn run(
             run.file.tables(placed);
             warnings.into_iter().for_each(|text| run.summary.warn(text));
         }
-        run.file.tables(tables(s, solution, !contact.friction.is_constant()));
+        run.file.tables(tables(s, solution, friction(contact).only().is_none_or(|law| !law.is_constant())));
         if let Some((field, area)) = &between {
             run.file.tables(consistent(field, *area));
         }
@@ -160,20 +160,14 @@ fn fields(
 
 fn summarise(contact: &job::Contact, (s, r): (&Interface, &SteadySolution), summary: &mut Summary) {
     summary.line("steady rolling");
+    let names = contact.names();
     for (number, (one, resultant)) in contact.all().zip(&r.patches).enumerate() {
         if r.patches.len() > 1 {
-            let place = one.placement.as_ref().and_then(|p| p.touch_near);
-            let place = place.map_or(String::new(), |y| format!(" at y = {:.2} mm of the wheel's profile", 1e3 * y));
-            let wheel = match (contact.wheels, one.side()) {
-                (ContactWheels::One, _) => "",
-                (_, TrackSide::Left) => " of the left-hand wheel",
-                (_, TrackSide::Right) => " of the right-hand wheel",
-            };
             let lies = match contact.around.is_empty() {
-                true => format!("contact angle {:.2} degrees", one.angle.to_degrees()),
+                true => format!("{}, contact angle {:.2} degrees", names[number], one.angle.to_degrees()),
                 false => one.around_text(),
             };
-            summary.line(format!("contact {}{wheel}{place}, {lies}", number + 1));
+            summary.line(format!("contact {}: {lies}", number + 1));
         }
         let [fx, fy, fz] = resultant.force;
         let nodes = s.patches[number].nodes();
@@ -186,9 +180,9 @@ fn summarise(contact: &job::Contact, (s, r): (&Interface, &SteadySolution), summ
         let [x, y] = r.centre_of(s, number).map(|x| 1e3 * x);
         summary.value("centre of the pressure (x, y)", format!("{x:+.3}, {y:+.3} mm"));
         summary.value("force on body 1 (x, y)", format!("{fx:.6e}, {fy:.6e} N"));
-        let limit = -fz * contact.friction.coefficient(0.0);
+        let limit = -fz * one.law().coefficient(0.0);
         if limit > 0.0 {
-            let at_rest = if contact.friction.is_constant() { "" } else { " (μ at rest)" };
+            let at_rest = if one.law().is_constant() { "" } else { " (μ at rest)" };
             summary.value(&format!("  over μN{at_rest}"), format!("{:.4}, {:.4}", fx / limit, fy / limit));
         }
         summary.value("contact nodes closed / in stick", format!("{closed} / {stick}"));

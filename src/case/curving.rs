@@ -42,7 +42,7 @@ fn problem(job: &Job) -> Result<(CurvingProblem, Vec<String>)> {
     let problem = CurvingProblem {
         wheels: [over(RailSide::Left)?, over(RailSide::Right)?],
         materials: [material(lower)?, material(upper)?],
-        friction: contact.friction.clone(),
+        friction: contact.track_friction(),
         law: match curve.creep_law {
             CreepForceLaw::ShenHedrickElkins => CreepLaw::ShenHedrickElkins,
             CreepForceLaw::Polach => CreepLaw::Polach,
@@ -338,7 +338,10 @@ pub(super) fn needs_equilibrium(job: &Job) -> bool {
 /// Keys of a job on which the place of its contact in a curve depends.
 fn inputs(job: &Job) -> serde_json::Value {
     let body = |b: &Option<job::Body>| b.as_ref().map(|b| (b.profile.clone(), b.material.clone()));
-    let contact = job.contact.as_ref().map(|c| (c.from, [json!(c.places), json!(c.wheels)], c.friction.clone()));
+    let contact = job
+        .contact
+        .as_ref()
+        .map(|c| (c.from, [json!(c.places), json!(c.wheels)], json!([c.friction, c.friction_zones])));
     json!([job.curve, job.vehicle, contact, body(&job.bodies.lower), body(&job.bodies.upper)])
 }
 

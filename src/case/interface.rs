@@ -9,6 +9,7 @@ use crate::contact::{
     Stencil,
 };
 use crate::fem::ElasticMaterial;
+use crate::friction::PatchFriction;
 use crate::grid::ContactGrid;
 use crate::grid::Interface;
 use crate::job::{self, Direction, Load};
@@ -25,6 +26,12 @@ pub fn creepage(contact: &job::Contact) -> ContactCreepage {
 /// Rolling of each contact of a job.
 pub(crate) fn kinematics(contact: &job::Contact) -> Vec<PatchKinematics> {
     contact.all().map(|one| PatchKinematics { speed: one.speed, creepage: creepage(one) }).collect()
+}
+
+/// Friction of each contact of a job.
+pub(crate) fn friction(contact: &job::Contact) -> PatchFriction {
+    let further = contact.all().skip(1).map(|one| one.law().clone());
+    PatchFriction::new(contact.law().clone(), further.collect())
 }
 
 /// Loads of the contacts of a job: a vertical one that they share, or one each.
@@ -57,7 +64,7 @@ pub(crate) fn steady_rolling<'a>(
     SteadyProblem {
         interface,
         compliance,
-        friction: contact.friction.clone(),
+        friction: friction(contact),
         kinematics: kinematics(contact),
         loads: loads(contact),
         stencil: Stencil::default(),
@@ -106,7 +113,7 @@ pub(crate) fn steady_sliding<'a>(
     Ok(SlidingProblem {
         interface,
         compliance: pair.at_rest(),
-        friction: contact.friction.clone(),
+        friction: friction(contact),
         kinematics: kinematics(contact),
         loads: loads(contact),
         stencil: Stencil::default(),

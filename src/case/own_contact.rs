@@ -6,6 +6,7 @@ use super::wheel_rail_geometry::PlacedContact;
 use crate::body::half_space::HalfSpace;
 use crate::contact::{ContactCreepage, NormalLoad, PatchKinematics, SteadyProblem, Stencil};
 use crate::curving::{BogieWheel, ContactForce, WHEELS};
+use crate::friction::PlaceOnRail;
 use crate::job::{self, Job};
 use crate::model::combined_compliance;
 use crate::{Error, Result};
@@ -57,10 +58,13 @@ fn forces(job: &Job, curving: &CurvingVehicle, wheel: BogieWheel, place: &Contac
     let (lower, upper) = (own(&lower)?, own(&upper)?);
     let compliance = combined_compliance(lower.as_ref(), upper.as_ref())?;
     let [longitudinal, lateral, spin, speed, _] = placed.motion();
+    let curvature = curving.problem.curve.curvature;
+    let right = wheel.inner == (curvature > 0.0);
+    let law = curving.problem.friction.law(PlaceOnRail { right, curvature, angle: place.place.angle });
     let problem = SteadyProblem {
         interface: &interface,
         compliance: compliance.as_ref().into(),
-        friction: curving.problem.friction.clone(),
+        friction: law.clone().into(),
         kinematics: PatchKinematics::one(speed, ContactCreepage { longitudinal, lateral, spin }),
         loads: NormalLoad::Force(place.normal).into(),
         stencil: Stencil::default(),

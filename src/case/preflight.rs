@@ -99,7 +99,7 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
             report.lines.extend(found.lines.into_iter().chain([format!("body {name}: {}", stands.text)]));
             report.warnings.extend(found.warnings.into_iter().chain(axle));
         }
-        let mut touching = placed.lines();
+        let (mut touching, mut all) = (placed.lines(), Vec::new());
         for (number, contact) in job.contact.iter().flat_map(Contact::all).enumerate() {
             let at = super::wheel_rail_geometry::PlacedContact::at_contact(job, contact)?;
             at.refuse_sections(job)?;
@@ -113,7 +113,9 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
                 report.lines.extend(found.lines);
                 report.warnings.extend(found.warnings);
             }
+            all.push(at);
         }
+        touching.extend(super::wheel_rail_geometry::empty_zones(job, &all));
         report.lines.splice(0..0, touching);
         let carried = super::absorbers::of_job(job)?;
         report.lines.splice(0..0, super::swept::inertia(job)?.into_iter().chain(carried.lines));
@@ -128,7 +130,10 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
         for (key, body) in job.all_bodies().into_iter().filter(other) {
             meshes.section_size(body).map_err(|e| e.context(format!("bodies.{key}.mesh")))?;
         }
-        let grid = |body: &crate::job::Body| super::swept::grid(job, body);
+        let grid = |body: &crate::job::Body| match &job.contact {
+            Some(contact) => super::swept::grid(contact, body),
+            None => Ok(None),
+        };
         let lower = job.bodies.lower.as_ref().map(grid).transpose()?.flatten();
         if let (Some(lower), true) = (lower, wanted(job)) {
             for (number, contact) in job.contact.iter().flat_map(Contact::all).enumerate() {

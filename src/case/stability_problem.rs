@@ -1,10 +1,10 @@
 //! Stability problem: the state of a job's contact, linearised, and the eigenvalues there.
 
-use super::interface::{at_rest, given_forces, steady_sliding};
+use super::interface::{at_rest, friction, given_forces, steady_sliding};
 use super::well_posed;
 use crate::contact::points::linearised;
-use crate::contact::{LinearContact, SteadySolution};
-use crate::friction::FrictionLaw;
+use crate::contact::{LinearContact, SlidingProblem, SteadyProblem, SteadySolution};
+use crate::friction::PatchFriction;
 use crate::grid::Interface;
 use crate::job::{self, Direction, Job, StabilityState};
 use crate::model::CoupledModel;
@@ -58,28 +58,27 @@ impl StabilityProblem<'_> {
         start: Option<&SteadySolution>,
         spectrum: impl FnOnce(&LinearContact) -> Result<Spectrum>,
     ) -> Result<(StabilityResult, Option<SteadySolution>)> {
-        let (state, contact, rolling) = self.at_rest_from(start)?;
-        well_posed::refuse_short(&self.contact.friction, |law| self.sharpness(law))?;
+        let (state, contact, rolling) = self.at_rest_with(&friction(self.contact), start)?;
+        well_posed::refuse_short(self.contact, |friction| self.sharpness(friction))?;
         let spectrum = spectrum(&contact)?;
         Ok((StabilityResult { state, contact, spectrum }, rolling))
     }
 
-    /// How near a memory is to being too short for the contact with the friction `law`.
-    pub(crate) fn sharpness(&self, law: &FrictionLaw) -> Result<f64> {
-        let contact = job::Contact { friction: law.clone(), ..self.contact.clone() };
-        sharpness(self.model.1, &StabilityProblem { contact: &contact, ..*self }.at_rest()?.1)
+    /// How near a memory is to being too short for the contact with the friction `friction`.
+    pub(crate) fn sharpness(&self, friction: &PatchFriction) -> Result<f64> {
+        sharpness(self.model.1, &self.at_rest_with(friction, None)?.1)
     }
 
     /// The state, and its linearisation.
     pub(crate) fn at_rest(&self) -> Result<(Option<Equilibrium>, LinearContact)> {
-        self.at_rest_from(None).map(|(state, contact, _)| (state, contact))
+        self.at_rest_with(&friction(self.contact), None).map(|(state, contact, _)| (state, contact))
     }
 
-    /// The same, beginning with the solution `start` of another state on this interface.
-    fn at_rest_from(&self, start: Option<&SteadySolution>) -> Result<StateOfRest> {
+    /// The same with this friction, beginning with the solution `start` of another state on this interface.
+    fn at_rest_with(&self, friction: &PatchFriction, start: Option<&SteadySolution>) -> Result<StateOfRest> {
         let contact = self.contact;
         if let Some(points) = given_forces(contact) {
-            return Ok((None, linearised(&points, &contact.friction), None));
+            return Ok((None, linearised(&points, friction.law(0)), None));
         }
         // Points slide as they are told to: nothing is deformed upstream of them.
         let (state, direction) = match self.model.0.are_points() {
@@ -89,12 +88,14 @@ impl StabilityProblem<'_> {
         let (state, linear, rolling): (Equilibrium, LinearContact, _) = match state {
             StabilityState::Sliding => {
                 let problem = steady_sliding(self.model, contact, direction)?;
+                let problem = SlidingProblem { friction: friction.clone(), ..problem };
                 let found = problem.solve()?;
                 let linear = problem.contact(&found);
                 (found.into(), linear, None)
             }
             StabilityState::Steady => {
                 let problem = at_rest(self.model, contact, self.job.analyses.steady.as_ref());
+                let problem = SteadyProblem { friction: friction.clone(), ..problem };
                 let found = problem.solve_from(start)?;
                 let linear = problem.contact(&found);
                 (found.clone().into(), linear, Some(found))

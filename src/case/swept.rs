@@ -270,9 +270,9 @@ pub(crate) fn wheel<'p>(
     made(told, (name, body), section_at(body, first.seat, first.side)?, (&specs, first.seat.tilt))
 }
 
-/// The contact grid of a body in lower form; none of a job without contact.
-pub fn grid(job: &Job, body: &job::Body) -> Result<Option<ContactGrid>> {
-    let Some(patch) = job.contact.as_ref().and_then(|c| c.patch) else { return Ok(None) };
+/// The grid of a body at a `contact`, in lower form; none where that has none.
+pub fn grid(contact: &job::Contact, body: &job::Body) -> Result<Option<ContactGrid>> {
+    let Some(patch) = contact.patch else { return Ok(None) };
     let Some(spacing) = patch.spacing else { return Ok(None) };
     let line = |half: f64| -> Vec<f64> {
         // Rounding does not make a line more.
@@ -336,42 +336,46 @@ pub fn build<'p>(
         }
         _ => false,
     };
-    // Angles of the contacts about the axle of the lower body; at each of them stands an upper one.
-    let angles: Vec<f64> = job.contact.iter().flat_map(job::Contact::all).map(|contact| contact.turned).collect();
-    let same = same && angles.len() < 2;
+    // At each contact around the axle of the lower body stands an upper one.
+    let contacts: Vec<&job::Contact> = job.contact.iter().flat_map(job::Contact::all).collect();
+    let examined = !job.analyses.on_contact().is_empty();
+    let same = same && contacts.len() < 2;
     let mut bodies = BuiltBodies::none();
     for (i, (name, body)) in given.iter().enumerate() {
-        let grid = grid(job, body)?.filter(|_| !job.analyses.on_contact().is_empty());
+        let grids = match examined {
+            true => {
+                contacts.iter().filter_map(|contact| grid(contact, body).transpose()).collect::<Result<Vec<_>>>()?
+            }
+            false => Vec::new(),
+        };
         let material = material_of(body)?;
         let side = Side::named(name).unwrap_or(Side::Lower);
         if same && i == 1 {
             summary.line(format!("body {name}: the mirror image of the lower one, computed once"));
         } else if rail::extruded(body).is_some() {
-            let lines = grid.as_ref().map(|g| [g.x.clone(), g.y.clone()]);
+            let lines = grids.first().map(|g| [g.x.clone(), g.y.clone()]);
             let contact = rail::RailContact { at: None, lines, along: 0.0 };
             bodies.unique.push(Box::new(rail::build((world, summary), job, (name, body), &[contact])?));
+        } else if side == Side::Upper && contacts.len() > 1 {
+            bodies.unique.push(Box::new(separate((world, summary), job, examined)?) as Box<dyn ElasticBody>);
         } else {
-            let lines = grid.as_ref().map(|g| [&g.x[..], &g.y[..]]);
-            let own = lines.map(|lines| ContactSpec::own(lines, 0.0));
-            bodies.unique.push(match side {
-                Side::Upper if angles.len() > 1 => {
-                    Box::new(separate((world, summary), job, own)?) as Box<dyn ElasticBody>
-                }
-                _ => {
-                    let at = |own| angles.iter().map(move |&along| ContactSpec { along, ..own });
-                    let contacts: Vec<_> = own.into_iter().flat_map(at).collect();
-                    Box::new(made((world, summary), (name, body), section(body)?, (&contacts, 0.0))?)
-                }
-            });
+            let contacts = grids.iter().zip(&contacts).map(|(grid, contact)| at_grid(grid, contact.turned));
+            let contacts: Vec<_> = contacts.collect();
+            bodies.unique.push(Box::new(made((world, summary), (name, body), section(body)?, (&contacts, 0.0))?));
         }
         let grids = match side {
-            _ if grid.is_none() || !world.is_root() => Vec::new(),
-            Side::Lower => grid.into_iter().flat_map(|grid| vec![grid; angles.len()]).collect(),
-            Side::Upper => grids_around(job)?,
+            _ if !examined || !world.is_root() => Vec::new(),
+            Side::Upper if contacts.len() > 1 => grids_around(job)?,
+            _ => grids,
         };
         bodies.places.push(super::bodies::Place::meshless((name, side), bodies.unique.len() - 1, grids, material));
     }
     Ok(bodies)
+}
+
+/// A contact on the lines of `grid` at the angle `along`, rad.
+fn at_grid(grid: &ContactGrid, along: f64) -> ContactSpec<'_, RunningPlace> {
+    ContactSpec { along, ..ContactSpec::own([&grid.x[..], &grid.y[..]], 0.0) }
 }
 
 /// A body on the lower one at a contact.
@@ -381,14 +385,16 @@ struct Standing<'j> {
     /// Its key below `bodies`.
     key: String,
     body: &'j job::Body,
+    contact: &'j job::Contact,
 }
 
 /// The bodies on the lower one, in the order of their contacts.
-fn standing(job: &Job) -> Result<Vec<Standing<'_>>> {
-    let of = |(number, contact): (usize, &job::Contact)| {
+fn standing<'j>(job: &'j Job) -> Result<Vec<Standing<'j>>> {
+    let of = |(number, contact): (usize, &'j job::Contact)| {
         let missing = || Error::Defect("a contact of a body that the job does not give".into());
         let (key, body) = job.upper_at(contact).ok_or_else(missing)?;
-        Ok(Standing { name: contact.body.clone().unwrap_or_else(|| format!("body {}", number + 1)), key, body })
+        let name = contact.body.clone().unwrap_or_else(|| format!("body {}", number + 1));
+        Ok(Standing { name, key, body, contact })
     };
     job.contact.iter().flat_map(job::Contact::all).enumerate().map(of).collect()
 }
@@ -396,19 +402,16 @@ fn standing(job: &Job) -> Result<Vec<Standing<'_>>> {
 /// Grids of the bodies on the lower one, in the order of their contacts.
 fn grids_around(job: &Job) -> Result<Vec<ContactGrid>> {
     let missing = || Error::Defect("a contact without a grid".into());
-    standing(job)?.iter().map(|one| grid(job, one.body)?.ok_or_else(missing)).collect()
+    standing(job)?.iter().map(|one| grid(one.contact, one.body)?.ok_or_else(missing)).collect()
 }
 
-/// The bodies on the lower one, each with its own contact.
-fn separate<'p>(
-    (world, summary): (&'p World, &mut Summary),
-    job: &Job,
-    contact: Option<ContactSpec<RunningPlace>>,
-) -> Result<SeparateBodies<'p>> {
-    let contacts: Vec<_> = contact.into_iter().collect();
+/// The bodies on the lower one, each with its own contact where contacts are `examined`.
+fn separate<'p>((world, summary): (&'p World, &mut Summary), job: &Job, examined: bool) -> Result<SeparateBodies<'p>> {
     let standing = standing(job)?;
+    let grids = if examined { grids_around(job)? } else { Vec::new() };
     let mut all = Vec::with_capacity(standing.len());
-    for one in &standing {
+    for (number, one) in standing.iter().enumerate() {
+        let contacts: Vec<_> = grids.get(number).map(|grid| at_grid(grid, 0.0)).into_iter().collect();
         let first = standing.iter().position(|other| other.key == one.key).unwrap_or(all.len());
         // Bodies that are alike are told once.
         let mut quiet = Summary::default();

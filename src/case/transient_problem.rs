@@ -78,7 +78,7 @@ impl StepperSetUp {
         };
         let settings = Settings {
             scheme: Scheme { step: wanted.step, theta: wanted.theta },
-            friction: rolling.contact.friction.clone(),
+            friction: interface::friction(rolling.contact),
             solver: match wanted.solver {
                 TransientSolver::Newton => ContactSolver::Newton,
                 TransientSolver::FixedPoint => ContactSolver::FixedPoint,
@@ -154,14 +154,14 @@ fn at_rest(rolling: &TransientProblem<'_>) -> Result<(Vec<f64>, Vec<f64>, Vec<f6
             let direction = analyses.stability.as_ref().map_or(Direction::Rigid, |s| s.direction);
             let problem = steady_sliding(model, contact, direction)?;
             let problem = SlidingProblem { kinematics, loads, ..problem };
-            well_posed::refuse_short(&contact.friction, |law| well_posed::sliding(&problem, law, pair))?;
+            well_posed::refuse_short(contact, |friction| well_posed::sliding(&problem, friction, pair))?;
             let found = problem.solve()?;
             (found.pressure, found.traction, found.motions, found.friction)
         }
         StartState::Steady => {
             let problem = interface::at_rest(model, contact, analyses.steady.as_ref());
             let problem = SteadyProblem { kinematics, loads, ..problem };
-            well_posed::refuse_short(&contact.friction, |law| well_posed::rolling(&problem, law, pair))?;
+            well_posed::refuse_short(contact, |friction| well_posed::rolling(&problem, friction, pair))?;
             let found = match contact.quadrature {
                 Quadrature::Nodal => problem.solve()?,
                 Quadrature::Consistent => ConsistentSteady::new(problem).solve()?.solution,
@@ -179,17 +179,17 @@ fn at_rest(rolling: &TransientProblem<'_>) -> Result<(Vec<f64>, Vec<f64>, Vec<f6
 fn at_points(rolling: &TransientProblem<'_>) -> Result<Option<PointModel>> {
     let TransientProblem { wanted, contact, model: (s, pair), .. } = *rolling;
     let span = wanted.theta * wanted.step;
-    let law = &contact.friction;
+    let law = contact.law();
     if !s.are_points() {
         return Ok(None);
     }
     if let Some(points) = given_forces(contact) {
-        well_posed::refuse_short(law, |law| sharpness(pair, &linearised(&points, law)))?;
+        well_posed::refuse_short(contact, |friction| sharpness(pair, &linearised(&points, friction.law(0))))?;
         let friction = points.iter().map(|p| p.coefficient(law)).collect();
         return Ok(Some(PointModel::with_reactions(pair, s, (reactions(&points, law), friction), span)));
     }
     let problem = steady_sliding((s, pair), contact, Direction::Rigid)?;
-    well_posed::refuse_short(law, |law| well_posed::sliding(&problem, law, pair))?;
+    well_posed::refuse_short(contact, |friction| well_posed::sliding(&problem, friction, pair))?;
     let found = problem.solve()?;
     let of = |i: usize| [found.traction[i][0], found.traction[i][1], found.pressure[i]];
     let reaction: Vec<f64> = (0..s.len()).flat_map(of).collect();

@@ -11,7 +11,6 @@ use crate::grid::{ContactGrid, Interface, Transfer};
 use crate::job::{self, ContactPlaces, ContactWheels, Job, Load, MeshSource, Profile};
 use crate::output::datasets;
 use crate::output::Table;
-use crate::parallel::World;
 use crate::placement::read::{read, ProfileKind, Reading, Vertical};
 use crate::placement::{
     self, builtin, finer_grid_lines, fitted_grid_lines, rough_grid_lines, Creepages, Ellipse, Frame, Gap, HertzLoad,
@@ -20,9 +19,14 @@ use crate::placement::{
 use crate::{Error, Result};
 
 mod contact_sites;
+mod friction_zones;
+mod motions;
 
 pub(crate) use contact_sites::build;
 pub(super) use contact_sites::on_rail;
+pub(crate) use friction_zones::empty_zones;
+pub(crate) use motions::filled;
+pub(super) use motions::{motions, with_motions};
 
 /// By how much a grid grows whose border the contact may reach, and how often at the most.
 const GROWTH: f64 = 1.3;
@@ -42,6 +46,8 @@ pub struct PlacedContact {
     creepages: Creepages,
     gap: Gap,
     notes: Vec<String>,
+    /// Number of the zone of friction that holds it, in a job with zones: −1 outside all.
+    zone: Option<i32>,
     /// Curvature of the track, 1/m, and yaw of the axle, rad.
     track: (f64, f64),
 }
@@ -119,7 +125,10 @@ impl PlacedContact {
                     gap = placed.gap(&frame, &x, &y).map_err(named)?;
                 }
                 let track = (given.curvature, given.yaw);
-                return Ok(Self { side: given.side, placed, frame, ellipse, creepages, gap, notes, track });
+                let here = job::Contact { angle: frame.angle(), ..contact.clone() };
+                notes.extend(friction_zones::friction_text(&here));
+                let zone = friction_zones::zone_number(&here);
+                return Ok(Self { side: given.side, placed, frame, ellipse, creepages, gap, notes, zone, track });
             }
             extent = [0, 1].map(|c| extent[c] * if beside[c] { GROWTH } else { 1.0 });
         }
@@ -319,6 +328,7 @@ impl PlacedContact {
                 semi_axes: self.ellipse.semi_axes,
                 creepages: [c.longitudinal, c.lateral, c.spin],
                 speed: c.speed,
+                friction_zone: self.zone,
                 lines: [self.placed.rail_line(DRAWN), self.placed.wheel_line(DRAWN)],
             },
         )
@@ -441,37 +451,6 @@ pub(super) fn description(given: &job::Placement) -> WheelPlacement {
             None => Position::Shift { lateral, yaw, roll },
         },
     }
-}
-
-/// Collective: the job with the creepages that follow from its placement; none of a job without one.
-pub(crate) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
-    let mut settled = job.clone();
-    super::curving::settle(world, &mut settled)?;
-    super::contact_places::settle(world, &mut settled)?;
-    if settled.placement().is_none() {
-        return Ok(None);
-    }
-    let found = world.on_root(|| motions(&settled))?;
-    with_motions(&settled, &world.broadcast(found.unwrap_or_default()))
-}
-
-/// Creepages, speed and angle of each contact of `job`, five numbers each ([`PlacedContact::motion`]). For one rank.
-pub(super) fn motions(job: &Job) -> Result<Vec<f64>> {
-    Ok(PlacedContact::all(job)?.iter().flat_map(PlacedContact::motion).collect())
-}
-
-/// The job with these [`motions`]; none of a job without a placement.
-pub(super) fn with_motions(job: &Job, found: &[f64]) -> Result<Option<Job>> {
-    let (Some(contact), Some(_)) = (&job.contact, job.placement()) else { return Ok(None) };
-    let mut all = contact.all().zip(found.chunks_exact(5)).map(|(one, motion)| {
-        let motion = [0, 1, 2, 3, 4].map(|i| motion[i]);
-        PlacedContact::filled(&job::Contact { further: Vec::new(), ..one.clone() }, motion)
-    });
-    let first = all.next().ok_or_else(|| Error::Defect("a placement without a contact".into()))?;
-    let filled = Job { contact: Some(job::Contact { further: all.collect(), ..first }), ..job.clone() };
-    // The slip is known only now.
-    job::range(&filled)?;
-    Ok(Some(filled))
 }
 
 /// On rank 0: the tables of the placement of `job` and warnings, after its contacts were found not to reach the end of

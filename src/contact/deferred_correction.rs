@@ -183,7 +183,7 @@ mod tests {
         let problem = |w| SteadyProblem {
             interface: s,
             compliance: Influence::Dense(w),
-            friction: FrictionLaw::Constant(0.3),
+            friction: FrictionLaw::Constant(0.3).into(),
             kinematics: PatchKinematics::one(10.0, ContactCreepage { longitudinal: 0.001, lateral: 0.002, spin: 0.2 }),
             loads: load.into(),
             stencil: Stencil::default(),
@@ -244,7 +244,7 @@ mod tests {
         let problem = SteadyProblem {
             interface: &s,
             compliance: w0.as_ref().into(),
-            friction: FrictionLaw::Constant(0.3),
+            friction: FrictionLaw::Constant(0.3).into(),
             kinematics: PatchKinematics::one(10.0, ContactCreepage::default()),
             loads: NormalLoad::Force(10e3).into(),
             stencil: Stencil::default(),

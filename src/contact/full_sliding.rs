@@ -16,7 +16,7 @@ use super::normal::{patches, rest_on_a_node, rounds, solve_normal, undetermined}
 use super::patch::refuse_border;
 use super::steady::PatchResultant;
 use crate::dense::dot;
-use crate::friction::FrictionLaw;
+use crate::friction::PatchFriction;
 use crate::grid::Interface;
 use crate::{Error, Result};
 
@@ -38,8 +38,8 @@ pub struct SlidingProblem<'a> {
     pub interface: &'a Interface,
     /// Influence matrix W, m/N, `[3n, 3n]`, as in [`super::SteadyProblem`].
     pub compliance: MatRef<'a, f64>,
-    /// Friction law.
-    pub friction: FrictionLaw,
+    /// Friction law of each patch.
+    pub friction: PatchFriction,
     /// Rolling speed V > 0 and creepages of each patch, `[patches]`.
     pub kinematics: Vec<PatchKinematics>,
     /// Loads or approaches.

@@ -2,22 +2,23 @@
 
 use super::interface::PatchKinematics;
 use super::law::size;
-use crate::friction::{FrictionLaw, Relaxation};
+use crate::friction::{FrictionLaw, PatchFriction, Relaxation};
 use crate::grid::{ContactPatch, Interface};
 
 /// The coefficient of friction at the nodes of an interface, `[n]`: along each line of the grid from the leading edge
 /// on, at the rolling speeds of `kinematics`, `[patches]`, where `velocity` (m/s) is that of the sliding at the
 /// `closed` nodes. Open nodes have the coefficient at rest.
 pub(super) fn coefficients(
-    law: &FrictionLaw,
+    friction: &PatchFriction,
     s: &Interface,
     kinematics: &[PatchKinematics],
     closed: impl Fn(usize) -> bool,
     velocity: impl Fn(usize) -> f64,
 ) -> Vec<f64> {
-    let at_rest = law.coefficient(0.0);
     let mut mu: Vec<f64> = Vec::with_capacity(s.len());
-    for (patch, rolling) in s.patches.iter().zip(kinematics) {
+    for (c, (patch, rolling)) in s.patches.iter().zip(kinematics).enumerate() {
+        let law = friction.law(c);
+        let at_rest = law.coefficient(0.0);
         for i in patch.nodes() {
             let (ix, _) = patch.indices(i);
             let before = if ix == 0 { at_rest } else { mu[i - 1] };
@@ -66,7 +67,7 @@ pub(super) struct SlidingNode {
 /// The memories of the closed `nodes`, ascending, of an interface whose patches roll as `kinematics` says. Nodes in
 /// stick take part where nodes upstream of them slide: they hand on what these have changed.
 pub(super) fn linear(
-    law: &FrictionLaw,
+    friction: &PatchFriction,
     s: &Interface,
     kinematics: &[PatchKinematics],
     nodes: &[SlidingNode],
@@ -85,6 +86,7 @@ pub(super) fn linear(
             .filter(|m| !s.are_points() && nodes[m.at].node + 1 == n.node && ix > 0)
             .map(|_| memories.len() - 1);
         let sliding = v > 0.0;
+        let law = friction.law(s.patch_of(n.node));
         let Some(mut relaxation) = law.relaxation(n.friction, v, passage) else { continue };
         if !sliding {
             if upstream.is_none() {

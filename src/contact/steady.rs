@@ -9,7 +9,7 @@ use super::memory::{self, coefficients, SlidingNode};
 use super::newton::{self, NewtonEffort, StressState};
 use super::patch::refuse_border;
 use super::start::{self, InitialGuess};
-use crate::friction::FrictionLaw;
+use crate::friction::{FrictionLaw, PatchFriction};
 use crate::grid::{ContactPatch, Interface};
 use crate::{Error, Result};
 
@@ -33,7 +33,7 @@ pub use resultant::PatchResultant;
 /// let solution = SteadyProblem {
 ///     interface: &interface,
 ///     compliance: both.as_ref().into(),
-///     friction: FrictionLaw::Constant(0.3),
+///     friction: FrictionLaw::Constant(0.3).into(),
 ///     kinematics: PatchKinematics::one(10.0, ContactCreepage { lateral: 0.003, ..ContactCreepage::default() }),
 ///     loads: NormalLoad::Force(70e3).into(),
 ///     stencil: Stencil::Edge,
@@ -55,7 +55,7 @@ pub struct SteadyProblem<'a> {
     pub compliance: Influence<'a>,
     /// Friction law: the coefficient at each node follows from its creep velocity and those upstream, which it
     /// remembers.
-    pub friction: FrictionLaw,
+    pub friction: PatchFriction,
     /// Rolling speed V > 0 and creepages of each patch, `[patches]`. With constant friction steady stresses do not
     /// depend on the speed; the creep velocity is proportional to it.
     pub kinematics: Vec<PatchKinematics>,
@@ -285,6 +285,7 @@ impl<'a> SteadyProblem<'a> {
             || self.interface.gap.len() != n
             || self.interface.shift.len() != n
             || self.kinematics.len() != self.interface.patches.len()
+            || !self.friction.fits(self.interface.patches.len())
         {
             return Err(Error::Defect(format!(
                 "steady contact: an influence matrix of {:?} entries and {} rolling speeds for {n} nodes on {} patches",
@@ -293,7 +294,6 @@ impl<'a> SteadyProblem<'a> {
                 self.interface.patches.len()
             )));
         }
-        let (at_rest, fast) = (self.friction.coefficient(0.0), self.friction.coefficient(f64::MAX));
         let rolling = |k: &PatchKinematics| {
             let c = k.creepage;
             [
@@ -303,12 +303,12 @@ impl<'a> SteadyProblem<'a> {
                 ("contact.creepage.spin", c.spin, true, "finite"),
             ]
         };
-        let general = [
-            ("contact.friction", at_rest, at_rest >= 0.0, "at least 0"),
-            ("contact.friction", fast, fast >= 0.0, "at least 0"),
-            ("analyses.steady.tolerance", self.tolerance, self.tolerance > 0.0, "positive"),
-        ];
-        for (key, value, fits, expected) in general.into_iter().chain(self.kinematics.iter().flat_map(rolling)) {
+        let rubbing = |law: &FrictionLaw| {
+            [0.0, f64::MAX].map(|v| law.coefficient(v)).map(|mu| ("contact.friction", mu, mu >= 0.0, "at least 0"))
+        };
+        let tolerance = ("analyses.steady.tolerance", self.tolerance, self.tolerance > 0.0, "positive");
+        let all = self.friction.laws().flat_map(rubbing).chain(std::iter::once(tolerance));
+        for (key, value, fits, expected) in all.chain(self.kinematics.iter().flat_map(rolling)) {
             if !value.is_finite() || !fits {
                 return Err(Error::Job(format!("{key} is {value}: it must be {expected}")));
             }

@@ -98,15 +98,16 @@ impl Axle<'_> {
     fn forces(&self, places: &Places, motion: &AxleMotion) -> Result<[Vec<ContactForce>; 2]> {
         let turning = (1.0 + motion.turning) / self.problem.bogie.wheel_radius;
         let kinematics = Kinematics { yaw: motion.yaw, roll: motion.roll, turning };
-        let of = |places: &[ContactPlace]| -> Result<Vec<ContactForce>> {
-            let all = places.iter().map(|&p| ContactForce::at_height(self.problem, p, motion.height, kinematics));
+        let of = |places: &[ContactPlace], right: bool| -> Result<Vec<ContactForce>> {
+            let at = |&p: &ContactPlace| ContactForce::at_height(self.problem, (p, right), motion.height, kinematics);
+            let all = places.iter().map(at);
             let mut all = all.collect::<Result<Vec<_>>>()?;
             let closed = all.iter().filter(|c| c.is_loaded()).count();
             all.sort_by(|a, b| b.approach.total_cmp(&a.approach));
             all.truncate(closed.max(1));
             Ok(all)
         };
-        Ok([of(&places[0])?, of(&places[1])?])
+        Ok([of(&places[0], false)?, of(&places[1], true)?])
     }
 
     /// Sums of the contact forces and the load of the axle. Suspension and the lateral force of the curve are not in

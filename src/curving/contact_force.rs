@@ -3,6 +3,7 @@
 use super::CurvingProblem;
 use crate::contact::baseline::{coefficients, fastsim, polach, shen_hedrick_elkins, EllipticContact};
 use crate::contact::ContactCreepage;
+use crate::friction::PlaceOnRail;
 use crate::placement::{ContactPlace, Ellipse as HertzEllipse, HertzLoad};
 use crate::Result;
 
@@ -65,10 +66,11 @@ pub(super) struct Kinematics {
 }
 
 impl ContactForce {
-    /// The force at `place` where the axle is `height` m below one radius over the rails' tops.
+    /// The force at `place` of the wheel on the `right` or on the left where the axle is `height` m below one radius
+    /// over the rails' tops.
     pub(super) fn at_height(
         problem: &CurvingProblem,
-        place: ContactPlace,
+        (place, right): (ContactPlace, bool),
         height: f64,
         motion: Kinematics,
     ) -> Result<ContactForce> {
@@ -80,7 +82,8 @@ impl ContactForce {
             motion.yaw / cos,
             motion.turning * (place.angle - motion.roll).sin() + cos * curve.curvature,
         ];
-        let friction = problem.friction.coefficient(curve.speed * creepage[0].hypot(creepage[1]));
+        let law = problem.friction.law(PlaceOnRail { right, curvature: curve.curvature, angle: place.angle });
+        let friction = law.coefficient(curve.speed * creepage[0].hypot(creepage[1]));
         let mut force = ContactForce {
             place,
             approach,

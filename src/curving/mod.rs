@@ -45,7 +45,7 @@ pub use axle::{AxleMotion, AxleState};
 pub use contact_force::{ContactForce, CreepLaw};
 pub use equilibrium::CurvingSolution;
 
-use crate::friction::FrictionLaw;
+use crate::friction::TrackFriction;
 use crate::placement::MovableWheel;
 
 /// The wheels of a bogie or of a two-axle vehicle, leading axle first, the inner one of each axle first.
@@ -117,7 +117,7 @@ pub struct CurvingProblem {
     /// Young's modulus, Pa, and Poisson's ratio of rail and wheel.
     pub materials: [(f64, f64); 2],
     /// Friction between wheel and rail.
-    pub friction: FrictionLaw,
+    pub friction: TrackFriction,
     /// Law of the creep forces.
     pub law: CreepLaw,
     /// The bogie.

@@ -1,4 +1,5 @@
 use super::*;
+use crate::friction::{FrictionLaw, FrictionZone, ZoneRail};
 use crate::placement::builtin::{rail_60e1, rail_head, s1002};
 use crate::placement::profile::{ProfilePiece, RunningProfile};
 use crate::placement::{Position, RailSide, WheelPlacement};
@@ -38,7 +39,7 @@ fn on_rails(rail: &RunningProfile, radius: f64, friction: f64) -> CurvingProblem
     CurvingProblem {
         wheels: [RailSide::Left, RailSide::Right].map(over),
         materials: [(210e9, 0.3); 2],
-        friction: FrictionLaw::Constant(friction),
+        friction: FrictionLaw::Constant(friction).into(),
         law: CreepLaw::ShenHedrickElkins,
         bogie: bogie(),
         curve: CurveMotion { curvature: 1.0 / radius, speed: 10.0, deficiency: 0.0 },
@@ -381,4 +382,36 @@ fn multibody_program_is_met() {
     let table = include_str!("../../docs/data/curving_exudyn.csv");
     let allowed = Allowed { yaw: 15e-3, longitudinal: 0.12, force: 0.1, second_order: true };
     assert_eq!(compare_table(table, &[(600.0, 0.35), (200.0, 0.35)], &allowed), 10);
+}
+
+/// A lubricated gauge face of the outer rail: its contacts alone have the friction of the zone, and the axles run
+/// otherwise. A zone with the friction of all others changes nothing.
+#[test]
+fn lubricated_gauge_face_has_its_own_friction() {
+    let dry = problem(150.0, 0.4);
+    let zone =
+        |mu| FrictionZone { rail: Some(ZoneRail::Outer), from_angle: Some(0.8), friction: FrictionLaw::Constant(mu) };
+    let with = |mu| CurvingProblem {
+        friction: TrackFriction { elsewhere: FrictionLaw::Constant(0.4), zones: vec![zone(mu)] },
+        ..dry.clone()
+    };
+    let [alone, alike, lubricated] = [dry.clone(), with(0.4), with(0.1)].map(|p| p.solve().unwrap());
+    assert_eq!(alone, alike);
+    let mut lubricates = 0;
+    for axle in &lubricated.axles {
+        for (wheel, side) in axle.wheels.iter().zip([1.0, -1.0]) {
+            for c in wheel {
+                // In a curve to the right the outer rail is the left one.
+                let in_zone = side > 0.0 && c.place.angle > 0.8;
+                lubricates += usize::from(in_zone);
+                assert_eq!(c.friction, if in_zone { 0.1 } else { 0.4 }, "{c:?}");
+                assert!(c.longitudinal.hypot(c.tangential) <= c.friction * c.normal * (1.0 + 1e-12), "{c:?}");
+            }
+        }
+    }
+    assert!(lubricates > 0, "no flange contact");
+    assert!(lubricated.residual < 1e-7);
+    // Less friction at the flange is less torque against the curve: the leading axle runs at another angle.
+    let yaw = |s: &CurvingSolution| s.axles[0].motion.yaw;
+    assert!((yaw(&lubricated) - yaw(&alone)).abs() > 1e-5, "{} and {}", yaw(&lubricated), yaw(&alone));
 }

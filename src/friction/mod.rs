@@ -6,9 +6,13 @@ use serde::{Deserialize, Serialize};
 
 mod exp_simd;
 mod memory;
+mod patches;
 mod velocity_weakening;
+mod zones;
 
 pub use memory::{Memory, Relaxation, Remembered};
+pub use patches::PatchFriction;
+pub use zones::{FrictionZone, PlaceOnRail, TrackFriction, ZoneRail};
 
 /// Friction law.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]

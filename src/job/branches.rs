@@ -5,6 +5,7 @@ use super::model::{Bodies, Body, Contact, Creepage, Job};
 use super::overrides::put;
 use super::transient::SoundPower;
 use super::validate::validate;
+use crate::friction::TrackFriction;
 use crate::{Error, Result};
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
@@ -170,9 +171,14 @@ impl Job {
             let mut contact = with_number(own, path, number).map_err(refused)?;
             // What is not in a job file goes with it.
             contact.in_equilibrium = own.in_equilibrium;
-            let friction = &contact.friction;
-            let further = own.further.iter().map(|c| Contact { friction: friction.clone(), ..c.clone() });
+            let TrackFriction { elsewhere, zones } = contact.track_friction();
+            let further = own.further.iter().map(|c| Contact {
+                friction: elsewhere.clone(),
+                friction_zones: zones.clone(),
+                ..c.clone()
+            });
             contact.further = further.collect();
+            contact.angle = own.angle;
             contact.make_around();
             *own = contact;
         } else {
@@ -222,9 +228,14 @@ pub const RADIUS: &str = "curve.radius";
 /// Rolling speed.
 const SPEED: &str = "contact.speed";
 
-/// Keys that may change along a branch, beside those of damping.
-const KEYS: [&str; 6] =
-    ["contact.friction", "contact.creepage.", "contact.normal_load", "contact.approach", SPEED, RADIUS];
+/// Keys that may change along a branch, beside those of damping and of friction.
+const KEYS: [&str; 5] = ["contact.creepage.", "contact.normal_load", "contact.approach", SPEED, RADIUS];
+
+/// True for a number of a friction law: that of the contact, of a zone of the rails, or of a body around the lower one.
+fn is_friction(key: &str) -> bool {
+    let path: Vec<&str> = key.split('.').collect();
+    matches!(&path[..], ["contact", "friction", ..] | ["contact", "friction_zones" | "around", _, "friction", ..])
+}
 
 /// Likeness of a misspelt key to one of the job, from 0 to 1, above which that one is meant.
 const ALIKE: f64 = 0.8;
@@ -239,7 +250,7 @@ fn meant(job: &Job, key: &str) -> String {
     let mut keys = Vec::new();
     if let Some(Ok(contact)) = job.contact.as_ref().map(serde_json::to_value) {
         number_keys(&contact, "contact", &mut keys);
-        keys.retain(|k| KEYS.iter().any(|parent| is_within(k, parent)));
+        keys.retain(|k| is_friction(k) || KEYS.iter().any(|parent| is_within(k, parent)));
     }
     for (name, body) in job.bodies() {
         if let Ok(damping) = serde_json::to_value(&body.damping) {
@@ -277,11 +288,12 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
     let key = &wanted.along;
     let fits = |k: &str| is_within(key, k);
     let damping = damping_key(key);
-    if !KEYS.iter().any(|k| fits(k)) && damping.is_none() {
+    if !is_friction(key) && !KEYS.iter().any(|k| fits(k)) && damping.is_none() {
         faults.push(format!(
             "{path}.along: found \"{key}\", expected a key that keeps modes and mesh: of contact friction, a number of \
-             its law, creepage.longitudinal, creepage.lateral, creepage.spin, normal_load, approach or speed; a \
-             number of bodies.lower.damping or bodies.upper.damping; or curve.radius{}",
+             its law or of that of a friction zone, creepage.longitudinal, creepage.lateral, creepage.spin, \
+             normal_load, approach or speed; a number of bodies.lower.damping or bodies.upper.damping; or \
+             curve.radius{}",
             meant(job, key)
         ));
         return faults;
@@ -316,7 +328,7 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
     if key == RADIUS && !(wanted.from > 0.0) {
         faults.push(format!("{path}.from: found {} m, expected a radius above 0", wanted.from));
     }
-    let kept = key == RADIUS || damping.is_some() || fits("contact.friction");
+    let kept = key == RADIUS || damping.is_some() || is_friction(key);
     if contact.placement.is_some() && !kept {
         faults.push(format!(
             "{path}.along: found \"{key}\", which follows from contact.placement here; follow contact.friction, with \
@@ -366,6 +378,8 @@ pub(crate) fn key_unit(key: &str) -> String {
 #[cfg(test)]
 mod tests {
     use super::super::example::wheel_on_rail;
+    use super::super::model::{Contact, Job, TrackSide};
+    use super::is_friction;
 
     /// A wheel on a placement has creepages that follow from it once it runs; friction can change all the same.
     #[test]
@@ -377,5 +391,28 @@ mod tests {
         let other = job.with_branch_number("contact.friction", 0.4).unwrap();
         let numbers = ["contact.friction", "contact.creepage.lateral"].map(|key| other.branch_number(key));
         assert_eq!(numbers, [Some(0.4), Some(-0.01)]);
+    }
+
+    /// The friction of a zone changes at all contacts, which keep their places.
+    #[test]
+    fn friction_of_a_zone_changes_at_the_contact_in_it() {
+        let zones = r#"contact.friction_zones=[{"from_angle": 0.5, "friction": 0.1}]"#;
+        let mut job = wheel_on_rail(&[zones]);
+        let contact = job.contact.as_mut().unwrap();
+        let steep = if contact.side() == TrackSide::Right { -1.2 } else { 1.2 };
+        contact.further = vec![Contact { angle: steep, ..contact.clone() }];
+        let laws = |job: &Job| -> Vec<f64> {
+            job.contact.iter().flat_map(Contact::all).map(|one| one.law().coefficient(0.0)).collect()
+        };
+        let here = laws(&job);
+        assert!(here[1] == 0.1 && here[0] > 0.1, "{here:?}");
+        let other = job.with_branch_number("contact.friction_zones.0.friction", 0.2).unwrap();
+        assert_eq!(laws(&other), [here[0], 0.2]);
+        let other = job.with_branch_number("contact.friction", 0.25).unwrap();
+        assert_eq!(laws(&other), [0.25, 0.1]);
+        assert_eq!(laws(&Job { contact: Some(job.contact.unwrap().with_friction_scaled(2.0)), ..other })[1], 0.2);
+        let found = ["from_angle", "friction", "friction.exponential.static"]
+            .map(|key| is_friction(&format!("contact.friction_zones.0.{key}")));
+        assert_eq!(found, [false, true, true]);
     }
 }

@@ -60,9 +60,10 @@ pub fn fe_inputs(job: &Job) -> Value {
         inputs["contact"]["grid"] = json!(grid);
     }
     if let Some(contact) = contact.filter(|c| !c.around.is_empty()) {
-        let named = |one: &ContactAround| match &one.body {
-            Some(body) => json!([one.angle, body]),
-            None => json!(one.angle),
+        let named = |one: &ContactAround| match (&one.body, one.patch) {
+            (None, None) => json!(one.angle),
+            (Some(body), None) => json!([one.angle, body]),
+            (body, patch) => json!([one.angle, body, patch]),
         };
         inputs["contact"]["around"] = contact.around.iter().map(named).collect();
     }

@@ -5,6 +5,7 @@ use super::model::*;
 mod absorber;
 mod analyses;
 mod curving;
+mod friction;
 mod matrices;
 mod measured;
 mod placement;
@@ -269,7 +270,7 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             faults.push(format!("bodies.{name}: missing; contact needs both bodies"));
         }
     }
-    faults.extend(contact.friction.fault("contact.friction"));
+    friction::check(job, contact, faults);
     match (contact.normal_load, contact.approach) {
         (Some(_), Some(_)) => {
             faults.push("contact: both normal_load and approach are given; give exactly one of them".into());

@@ -115,8 +115,9 @@ fn size(
             Ok(BodySize { name, nodes, cells, neighbours: HEXAHEDRAL, dofs: 3 * nodes, contact_nodes: contact as u64 })
         }
         MeshSource::Revolved(_) | MeshSource::Extruded(_) => {
-            let of_one = crate::case::swept::grid(job, body).map_err(named)?.map_or(0, |g| g.x.len() * g.y.len());
-            let contact = of_one * job.contact.as_ref().map_or(0, |c| c.all().count());
+            let grid = |contact| crate::case::swept::grid(contact, body).map_err(named);
+            let grids = job.contact.iter().flat_map(job::Contact::all).map(grid).collect::<Result<Vec<_>>>()?;
+            let contact: usize = grids.iter().flatten().map(|g| g.x.len() * g.y.len()).sum();
             let [nodes, cells] = meshes.section_size(body).map_err(named)?.map(|n| n as u64);
             Ok(BodySize { name, nodes, cells, neighbours: HEXAHEDRAL, dofs: 3 * nodes, contact_nodes: contact as u64 })
         }

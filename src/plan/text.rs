@@ -63,7 +63,9 @@ fn given(contact: &Contact) -> String {
         Some(_) => "those of the placement".into(),
         None => format!("{} {} {} 1/m", c.longitudinal, c.lateral, c.spin),
     };
-    format!("{load}, friction {}, speed {} m/s, creepages {creepages}", contact.friction, contact.speed)
+    let zones = if contact.friction_zones.is_empty() { "" } else { " outside its zones" };
+    let (friction, speed) = (&contact.friction, contact.speed);
+    format!("{load}, friction {friction}{zones}, speed {speed} m/s, creepages {creepages}")
 }
 
 /// A step in words; some are not worth a line.

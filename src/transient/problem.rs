@@ -10,7 +10,7 @@ use super::delassus::DelassusOperator;
 use super::newton::NewtonMemory;
 use super::{fixed_point, gauss_seidel, newton, split_newton};
 use crate::contact::law::{size, Augmentation, Node, Projected, Status};
-use crate::friction::{FrictionLaw, Remembered};
+use crate::friction::{FrictionLaw, PatchFriction, Remembered};
 use crate::{Error, Result};
 
 /// How the problem of a step is solved.
@@ -58,8 +58,8 @@ pub struct StepProblem<'a> {
     pub matrix: &'a DelassusOperator,
     /// (dx, dy, g) at R = 0, m, `[3k]`.
     pub free: &'a [f64],
-    /// Friction law, of the velocity |d|/h.
-    pub friction: &'a FrictionLaw,
+    /// Friction law of each patch, of the velocity |d|/h.
+    pub friction: &'a PatchFriction,
     /// Memory of friction of the nodes, `[k]`; empty where the coefficient is that of the law itself.
     pub before: &'a [Remembered],
     /// Step h, s.
@@ -99,6 +99,12 @@ impl StepProblem<'_> {
     #[inline(always)]
     pub(super) fn patch_of(&self, i: usize) -> usize {
         self.patch.get(i).copied().unwrap_or(0)
+    }
+
+    /// Friction law of node `i`.
+    #[inline(always)]
+    fn law(&self, i: usize) -> &FrictionLaw {
+        self.friction.law(self.patch_of(i))
     }
 
     /// Solves the problem from the reactions `guess` (N, `[3k]`) and the shifts that go with it; `response` is W
@@ -297,20 +303,21 @@ impl StepProblem<'_> {
     /// Coefficient of friction of node `i` at the end of the step, for its displacement `d` over the step, m.
     #[inline(always)]
     pub fn coefficient(&self, i: usize, d: [f64; 2]) -> f64 {
-        if let FrictionLaw::Constant(mu) = self.friction {
+        let law = self.law(i);
+        if let FrictionLaw::Constant(mu) = law {
             return *mu;
         }
         let v = size(d) / self.step;
         match self.before.get(i) {
-            Some(before) => self.friction.renewed(before, v),
-            None => self.friction.coefficient(v),
+            Some(before) => law.renewed(before, v),
+            None => law.coefficient(v),
         }
     }
 
     /// Coefficients of friction of all nodes as [`StepProblem::coefficient`] has them, at their velocities `v`, and
     /// the slopes by the displacement over the step, 1/m.
     pub(super) fn coefficients_with_slopes(&self, v: &[f64]) -> (Vec<f64>, Vec<f64>) {
-        let (mu, mut slope) = self.friction.renewed_with_slopes(self.before, v);
+        let (mu, mut slope) = self.friction.renewed_with_slopes(self.patch, self.before, v);
         slope.iter_mut().for_each(|s| *s /= self.step);
         (mu, slope)
     }
@@ -325,8 +332,8 @@ impl StepProblem<'_> {
     pub(super) fn slope(&self, i: usize, node: &Node) -> f64 {
         let v = size(node.creep) / self.step;
         let slope = match self.before.get(i) {
-            Some(before) => self.friction.renewed_slope(before, v),
-            None => self.friction.slope(v),
+            Some(before) => self.law(i).renewed_slope(before, v),
+            None => self.law(i).slope(v),
         };
         slope / self.step
     }

@@ -14,7 +14,7 @@ use super::newton::NewtonMemory;
 use super::problem::{ContactSolver, Effort, StepProblem};
 use super::scheme::Scheme;
 use crate::dense::{self, dot};
-use crate::friction::{FrictionLaw, Remembered};
+use crate::friction::{PatchFriction, Remembered};
 use crate::grid::{ContactPatch, Interface};
 use crate::roughness::RoughSurfaces;
 use crate::{Error, Result};
@@ -47,8 +47,8 @@ const PAST: usize = 4;
 pub struct Settings {
     /// Step and θ.
     pub scheme: Scheme,
-    /// Friction law.
-    pub friction: FrictionLaw,
+    /// Friction law of each patch.
+    pub friction: PatchFriction,
     /// Solver of the contact problem of a step.
     pub solver: ContactSolver,
     /// Residual of a step relative to the normal force.
@@ -107,7 +107,7 @@ pub struct State {
 /// let creepage = ContactCreepage { longitudinal: 0.01, ..ContactCreepage::default() };
 /// let settings = Settings {
 ///     scheme: Scheme { step: 1e-5, theta: 0.5 },
-///     friction: FrictionLaw::Constant(0.3),
+///     friction: FrictionLaw::Constant(0.3).into(),
 ///     solver: ContactSolver::Newton,
 ///     tolerance: 1e-10,
 ///     drive: Loading::constant(NormalLoad::Approach(1e-6), creepage, 1.0),

@@ -45,7 +45,7 @@ fn straight(begin: f64, end: f64) -> History {
 fn settings(drive: Loading, mu: f64) -> Settings {
     Settings {
         scheme: Scheme { step: H, theta: 0.5 },
-        friction: FrictionLaw::Constant(mu),
+        friction: FrictionLaw::Constant(mu).into(),
         solver: ContactSolver::Newton,
         tolerance: 1e-12,
         drive,
@@ -300,7 +300,7 @@ fn the_laws_hold_with_a_fresh_product_after_many_steps() {
         let (n, h, tolerance) = (s.len(), 2e-5, 1e-9);
         let settings = Settings {
             scheme: Scheme { step: h, theta: 0.5 },
-            friction: friction.clone(),
+            friction: friction.clone().into(),
             solver: ContactSolver::Newton,
             tolerance,
             drive,
@@ -312,8 +312,16 @@ fn the_laws_hold_with_a_fresh_product_after_many_steps() {
             let Some(posed) = stepper.problem_view().filter(|_| step % 20 == 0) else { continue };
             let k = 3 * posed.nodes.len();
             let (matrix, free, before) = (posed.matrix, posed.free, posed.before);
-            let problem =
-                StepProblem { matrix, free, friction: &friction, before, step: h, patch: &[], borders: &[], tolerance };
+            let problem = StepProblem {
+                matrix,
+                free,
+                friction: &friction.clone().into(),
+                before,
+                step: h,
+                patch: &[],
+                borders: &[],
+                tolerance,
+            };
             let mut u = vec![0.0; k];
             let all = &stepper.state().reaction;
             let reaction: Vec<f64> = posed.nodes.iter().flat_map(|i| all[3 * i..3 * i + 3].iter().copied()).collect();

@@ -25,7 +25,7 @@ fn flange_root_and_flange_are_solved_at_once() {
     let folder = Folder::with(in_curve("flange.json").to_string());
     let ran = folder.call(2, "run", &[]);
     let text = ran.good().out.clone();
-    assert!(text.contains("contact 2 at y = -38.65 mm") && !text.contains("left out"), "{text}");
+    assert!(text.contains("contact 2: y = -38.65 mm") && !text.contains("left out"), "{text}");
     let forces = ["contact/force", "contact_2/force"].map(|name| numbers(&folder, name));
     let normal = numbers(&folder, "curving/contacts/normal_force");
     let wheels: Vec<f64> = forces.iter().map(|f| -f[2]).collect();
@@ -34,6 +34,76 @@ fn flange_root_and_flange_are_solved_at_once() {
     assert!(sliding.iter().all(|s| (0.97..=1.0).contains(s)), "{sliding:?}");
     let tilt = ["placement/tilt", "placement_2/tilt"].map(|name| numbers(&folder, name)[0]);
     assert!(tilt[0] > 0.3 && tilt[1] > 1.1, "{tilt:?}");
+}
+
+/// The wheel of `jobs/flange.json` with a lubricated gauge face: `check` says which contact is in the zone, and which
+/// zone holds none.
+#[test]
+fn contacts_are_told_their_zone_of_friction() {
+    let mut job = in_curve("flange.json");
+    job["contact"]["friction_zones"] = json!([
+        { "rail": "outer", "from_angle": 0.9, "friction": 0.15 },
+        { "rail": "inner", "from_angle": 0.9, "friction": 0.1 }
+    ]);
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "check", &[]);
+    for part in [
+        "friction 0.4 of contact.friction, outside all zones",
+        "friction 0.15 of contact.friction_zones.0",
+        "contact.friction_zones.1 holds no contact of this job",
+    ] {
+        assert!(ran.good().out.contains(part), "{part}: {}", ran.out);
+    }
+    for (zones, wanted) in [
+        (json!([{ "friction": 0.1 }]), "contact.friction_zones.0: gives neither rail nor from_angle"),
+        (json!([{ "from_angle": 28, "friction": 0.1 }]), "contact.friction_zones.0.from_angle: found 28"),
+        (json!([{ "rail": "outside", "friction": 0.1 }]), "contact.friction_zones.0.rail"),
+        (json!([{ "rail": "outer", "friction": -0.1 }]), "contact.friction_zones.0.friction"),
+    ] {
+        job["contact"]["friction_zones"] = zones;
+        let ran = Folder::with(job.to_string()).call(1, "check", &[]);
+        assert!(ran.code == Some(2) && ran.err.contains(wanted), "{wanted}: {:?} {}", ran.code, ran.err);
+    }
+    let mut straight = self::job("wheel-at-given-yaw.json");
+    straight["contact"]["friction_zones"] = json!([{ "rail": "inner", "friction": 0.1 }]);
+    let ran = Folder::with(straight.to_string()).call(1, "check", &[]);
+    assert!(ran.code == Some(2) && ran.err.contains("but the track is straight"), "{}", ran.err);
+    let mut cylinders = self::job("two-cylinders.json");
+    cylinders["contact"]["friction_zones"] = json!([{ "rail": "left", "friction": 0.1 }]);
+    let ran = Folder::with(cylinders.to_string()).call(1, "check", &[]);
+    assert!(ran.code == Some(2) && ran.err.contains("zones lie on the rails of a track"), "{}", ran.err);
+}
+
+/// With a lubricated gauge face the flange carries the load of an equilibrium in which it slides more easily, under its
+/// own bound of friction, and the result says which contact that is.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn lubricated_flange_slides_under_its_own_friction() {
+    let mut job = in_curve("flange.json");
+    job["contact"]["friction_zones"] = json!([{ "rail": "outer", "from_angle": 0.9, "friction": 0.15 }]);
+    let folder = Folder::with(job.to_string());
+    folder.call(2, "run", &[]).good();
+    let mut seen = Vec::new();
+    for number in ["", "_2"] {
+        let [x, y, z] = numbers(&folder, &format!("contact{number}/force"))[..] else { panic!("three components") };
+        let steep = numbers(&folder, &format!("placement{number}/tilt"))[0] > 0.9;
+        let zone = numbers(&folder, &format!("placement{number}/friction_zone"))[0];
+        assert_eq!(zone, if steep { 0.0 } else { -1.0 });
+        let bound = if steep { 0.15 } else { 0.4 };
+        let used = x.hypot(y) / (bound * -z);
+        assert!((0.95..=1.0 + 1e-9).contains(&used), "{used} of {bound}");
+        let friction = numbers(&folder, &format!("contact{number}/friction"));
+        assert!(friction.iter().all(|mu| *mu == bound));
+        seen.push(steep);
+    }
+    assert!(seen.contains(&true) && seen.contains(&false));
+    let friction: Vec<f64> = seen.iter().map(|steep| if *steep { 0.15 } else { 0.4 }).collect();
+    assert_eq!(numbers(&folder, "contacts/friction"), friction);
+    let angle = ["placement/tilt", "placement_2/tilt"].map(|name| numbers(&folder, name)[0]);
+    assert_eq!(numbers(&folder, "contacts/contact_angle"), angle);
+    let (angle, friction) = ("curving/contacts/contact_angle", "curving/contacts/friction");
+    let placed = numbers(&folder, angle).into_iter().zip(numbers(&folder, friction));
+    assert!(placed.filter(|(_, mu)| *mu == 0.15).all(|(angle, _)| angle > 0.9));
 }
 
 /// With two contacts a left curve is the mirror image of a right one.

@@ -61,17 +61,29 @@ fn a_rig_seen_from_either_wheel_is_the_same() {
 }
 
 /// On a roller that hardly gives way each wheel rolls by itself: it has the eigenvalues that it has alone under its own
-/// load.
+/// load and friction on its own grid. The model is taken up with both grids.
 #[test]
 fn wheels_on_a_stiff_roller_do_not_see_each_other() {
-    let mut job = coarse(json!([{ "angle": 2.0, "normal_load": 600, "creepage": { "lateral": 0.004 } }]));
+    let patch = json!({ "half_length": 0.0015, "half_width": 0.002, "spacing": 2.5e-4 });
+    let mut job = coarse(json!([{
+        "angle": 2.0, "normal_load": 600, "friction": 0.21, "patch": patch, "creepage": { "lateral": 0.004 }
+    }]));
     job["bodies"]["lower"]["material"]["young"] = json!(210e14);
     let folder = Folder::with(job.to_string());
     folder.call(1, "run", &[]).good();
     let both = eigenvalues(&folder, "job.h5");
     let mut count = 0;
-    for (name, load, creepage) in [("first.h5", 1000.0, 0.01), ("second.h5", 600.0, 0.004)] {
+    let nodes = ["contact/pressure", "contact_2/pressure"].map(|name| read::<f64>(&folder, "job.h5", name).len());
+    assert!(nodes[0] < nodes[1], "{nodes:?}");
+    let model = folder.text("job.h5");
+    folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("again.h5")]).good();
+    assert_eq!(eigenvalues(&folder, "again.h5"), both);
+    let first = ["friction", "patch"].map(|key| job["contact"][key].clone());
+    for (name, load, creepage, [friction, patch]) in
+        [("first.h5", 1000.0, 0.01, first), ("second.h5", 600.0, 0.004, [json!(0.21), patch])]
+    {
         job["contact"]["around"] = json!([]);
+        (job["contact"]["friction"], job["contact"]["patch"]) = (friction, patch);
         job["contact"]["normal_load"] = json!(load);
         job["contact"]["creepage"]["lateral"] = json!(creepage);
         let alone = Folder::with(job.to_string());
@@ -81,6 +93,9 @@ fn wheels_on_a_stiff_roller_do_not_see_each_other() {
         assert!(farthest(&alone, &both) < 1e-6, "{name}: {:e}", farthest(&alone, &both));
     }
     assert_eq!(both.len(), count);
+    let names = read::<hdf5::types::VarLenUnicode>(&folder, "job.h5", "contacts/name");
+    assert_eq!(names.iter().map(|name| name.as_str()).collect::<Vec<_>>(), ["body 1", "body 2"]);
+    assert_eq!(read::<f64>(&folder, "job.h5", "contacts/friction")[1], 0.21);
     let normal = ["contact/force", "contact_2/force"].map(|name| -read::<f64>(&folder, "job.h5", name)[2]);
     assert!((normal[0] - 1000.0).abs() < 1e-6 && (normal[1] - 600.0).abs() < 1e-6, "{normal:?}");
 }
@@ -296,7 +311,7 @@ fn a_creep_curve_of_a_rig_is_that_of_its_wheels() {
     });
     let folder = Folder::with(job.to_string());
     let ran = folder.call(1, "run", &[]);
-    assert!(ran.good().out.contains("largest friction, contact 2"), "{}", ran.out);
+    assert!(ran.good().out.contains("largest friction, contact 2 (body 2)"), "{}", ran.out);
     let eigenvalue = |folder: &Folder| read::<Complex64>(folder, "job.h5", "creep_curve/eigenvalue");
     let both = eigenvalue(&folder);
     let mut alone: Vec<Vec<Complex64>> = Vec::new();

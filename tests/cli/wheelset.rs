@@ -85,7 +85,7 @@ fn wheels_on_clamped_seats_squeal_as_each_of_them_alone() {
     (upper["suspension"], upper["fixed"]) = (Value::Null, json!(["seats"]));
     let both = Folder::with(job.to_string());
     let out = both.call(2, "run", &[]).good().out.clone();
-    assert!(out.contains("contact 2 of the left-hand wheel") && out.contains("two rails without coupling"), "{out}");
+    assert!(out.contains("contact 2: left-hand wheel") && out.contains("two rails without coupling"), "{out}");
     job["contact"]["wheels"] = json!("one");
     let [inner, outer] = ["leading inner", "leading outer"].map(|wheel| {
         job["contact"]["from"]["wheel"] = json!(wheel);

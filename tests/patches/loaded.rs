@@ -88,34 +88,40 @@ fn own_loads_of_patches_apart_are_those_of_single_ones() {
     let whole = CoupledModel::new(&side_by_side(&bodies[0], &bodies[1]), &rigid(2 * n)).unwrap();
     let rest = problem(&both, &whole.compliance, rolling.to_vec(), Loads::of_patches(&forces)).solve().unwrap();
     let falling = FrictionLaw::from(Exponential::new(0.4, 0.25, 0.1).remembering(1e-3));
-    let run = |s: &Interface, pair: &CoupledModel, from: usize, count: usize, kicks: &[f64], law: &FrictionLaw| {
-        let of = |i: usize| [rest.traction[i][0], rest.traction[i][1], rest.pressure[i]].map(|v| v * both.weight[i]);
-        let reaction: Vec<f64> = (n * from..n * (from + count)).flat_map(of).collect();
-        let model = Model::new(pair, s);
-        let mut start = State::at_rest(&model, &reaction, &rest.motions[from..from + count]);
-        start.v.copy_from_slice(kicks);
-        let drives = rolling[from..from + count].iter().copied().map(PatchDrive::constant).collect();
-        let mut loading = Loading::of_loads(&Loads::of_patches(&forces[from..from + count]), drives);
-        for (motion, load) in loading.motions.iter_mut().zip([40e3, 20e3][from..from + count].iter()) {
-            let swing = [[0.0, *load], [2e-4, 1.2 * load], [1.0, 1.2 * load]];
-            motion.normal = Normal::Force(History::table("load", &swing, 1.0).unwrap());
-        }
-        let mut settings = settings(loading, law.clone(), 1e-5);
-        settings.tolerance = 1e-13;
-        let mut stepper = Stepper::new(model, settings, start).unwrap();
-        (0..40).for_each(|_| stepper.advance().unwrap());
-        (stepper.state().clone(), stepper.report().clone())
-    };
+    let run =
+        |s: &Interface, pair: &CoupledModel, from: usize, count: usize, kicks: &[f64], friction: &PatchFriction| {
+            let of =
+                |i: usize| [rest.traction[i][0], rest.traction[i][1], rest.pressure[i]].map(|v| v * both.weight[i]);
+            let reaction: Vec<f64> = (n * from..n * (from + count)).flat_map(of).collect();
+            let model = Model::new(pair, s);
+            let mut start = State::at_rest(&model, &reaction, &rest.motions[from..from + count]);
+            start.v.copy_from_slice(kicks);
+            let drives = rolling[from..from + count].iter().copied().map(PatchDrive::constant).collect();
+            let mut loading = Loading::of_loads(&Loads::of_patches(&forces[from..from + count]), drives);
+            for (motion, load) in loading.motions.iter_mut().zip([40e3, 20e3][from..from + count].iter()) {
+                let swing = [[0.0, *load], [2e-4, 1.2 * load], [1.0, 1.2 * load]];
+                motion.normal = Normal::Force(History::table("load", &swing, 1.0).unwrap());
+            }
+            let mut settings = settings(loading, friction.clone(), 1e-5);
+            settings.tolerance = 1e-13;
+            let mut stepper = Stepper::new(model, settings, start).unwrap();
+            (0..40).for_each(|_| stepper.advance().unwrap());
+            (stepper.state().clone(), stepper.report().clone())
+        };
     let kicks = [0.3, -0.2, 0.25, 0.1];
-    for law in [FrictionLaw::Constant(MU), falling] {
-        let (found, report) = run(&both, &whole, 0, 2, &kicks, &law);
+    let slippery = FrictionLaw::Constant(0.4 * MU);
+    for laws in [[FrictionLaw::Constant(MU), slippery.clone()], [falling.clone(), falling.clone()], [slippery, falling]]
+    {
+        let friction = PatchFriction::new(laws[0].clone(), vec![laws[1].clone()]);
+        let (found, report) = run(&both, &whole, 0, 2, &kicks, &friction);
         for c in 0..2 {
             let pair = CoupledModel::new(&bodies[c], &rigid(n)).unwrap();
-            let (alone, own) = run(&s, &pair, c, 1, &kicks[2 * c..2 * c + 2], &law);
+            let (alone, own) = run(&s, &pair, c, 1, &kicks[2 * c..2 * c + 2], &laws[c].clone().into());
             let load = -own.patches[0].force[2];
             assert!((load / [48e3, 24e3][c] - 1.0).abs() < 1e-12, "{load}");
             let off = (0..3 * n).map(|k| (found.reaction[3 * n * c + k] - alone.reaction[k]).abs());
             let off = off.fold(0.0, f64::max);
+            let law = &laws[c];
             assert!(off < 1e-10 * load, "{law}, patch {c}: a reaction off by {off:e} of {load} N");
             assert!((found.motions[c] / alone.motions[0] - 1.0).abs() < 1e-10);
             let (a, b) = (report.patches[c], own.patches[0]);

@@ -68,7 +68,8 @@ fn settings_of(squeal: &Squeal, step: f64, approach: f64) -> Settings {
 
 fn pressed(squeal: &Squeal) -> (State, f64) {
     let friction = FrictionLaw::Constant(0.0);
-    let pressed = SteadyProblem { friction, ..squeal.steady(ContactCreepage::default()) }.solve().unwrap();
+    let pressed =
+        SteadyProblem { friction: friction.into(), ..squeal.steady(ContactCreepage::default()) }.solve().unwrap();
     (squeal.rest(&pressed.pressure, &pressed.traction, pressed.motions[0]), pressed.motions[0])
 }
 
@@ -129,7 +130,7 @@ fn in_the_turning_frame(squeal: &Squeal, start: &State, step: f64, steps: usize,
             b[3 * i + 2] += interface.gap[i] - approach;
         }
         let matrix = DelassusOperator::new((0..9 * n * n).map(|k| w[(k % (3 * n), k / (3 * n))]).collect());
-        let law = FrictionLaw::Constant(squeal.mu);
+        let law = FrictionLaw::Constant(squeal.mu).into();
         let problem = StepProblem {
             matrix: &matrix,
             free: &b,

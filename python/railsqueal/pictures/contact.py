@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 
 from ..errors import ResultError
 from ..result import Floats, Result, lookup
-from ..tables import SLIP, STICK, ContactGrid, contact_number
+from ..tables import SLIP, STICK, ContactGrid, contact_name, contact_number, friction_law
 from .style import GREY, LATERAL, LONGITUDINAL, NORMAL, Canvas, heading, legend
 from .style import SLIP as SLIP_COLOUR
 from .style import STICK as STICK_COLOUR
@@ -116,9 +116,9 @@ def reference(job: dict[str, Any]) -> tuple[Floats, Floats, Floats] | None:
 def case(drawn: Drawn) -> str:
     """Title of a picture: the title of the job, if it has one, and below it the load and the creepages."""
     result, several = drawn.result, len(ContactGrid.groups(drawn.result)) > 1
-    words = [f"contact {contact_number(drawn.group)}"] if several else []
+    words = [contact_name(result, contact_number(drawn.group))] if several else []
     words.append(f"N = {-drawn.grid.force[2] / 1e3:.4g} kN")
-    friction = lookup(result.job, "contact.friction")
+    friction = friction_law(result, contact_number(drawn.group))
     if isinstance(friction, (int, float)):
         words.append(f"μ = {friction:g}")
     elif isinstance(friction, dict):
@@ -138,7 +138,7 @@ def case(drawn: Drawn) -> str:
 
 def bound(drawn: Drawn) -> Floats | None:
     """Limit of the traction at every node, MPa; None if the result does not say."""
-    friction = lookup(drawn.result.job, "contact.friction")
+    friction = friction_law(drawn.result, contact_number(drawn.group))
     varying = drawn.result.optional(f"{drawn.group}/friction")
     if varying is not None:
         return varying.reshape(drawn.pressure.shape) * drawn.pressure

@@ -6,7 +6,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 from ..result import Floats, Result, lookup
-from ..tables import CreepCurve
+from ..tables import CreepCurve, friction_law
 from .contact import REFERENCES
 from .style import BLUE, GREY, LATERAL, LONGITUDINAL, RED, STICK, Canvas, heading, legend
 
@@ -48,7 +48,7 @@ def of_contact(result: Result, key: str) -> tuple[Floats, Floats] | None:
 
 def limit(result: Result, force: Floats) -> tuple[Floats, bool]:
     """Normal force times the coefficient of friction at rest, and whether there is friction."""
-    law = lookup(result.job, "contact.friction", 0)
+    law = friction_law(result) or 0
     if isinstance(law, dict):
         (law,) = law.values()
         law = law["static"] if "static" in law else law["points"][0][1]

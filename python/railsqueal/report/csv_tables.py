@@ -22,6 +22,7 @@ from ..tables import (
     Provenance,
     Receptances,
     Sweep,
+    contact_name,
     contact_number,
 )
 from ..track_decay import TrackDecay
@@ -246,12 +247,12 @@ def force_rows(result: Result) -> list[Row]:
     rows: list[Row] = []
     groups = ContactGrid.groups(result)
     for group in groups:
-        point = f"contact {contact_number(group)}" if len(groups) > 1 else ""
+        point = contact_name(result, contact_number(group)) if len(groups) > 1 else ""
         rows.append(("steady", point, *result.array(f"{group}/force")))
     if "stability/force" in result:
         forces = np.atleast_2d(result.array("stability/force"))
         for number, force in enumerate(forces, 1):
-            rows.append(("stability", f"contact {number}" if len(forces) > 1 else "", *force))
+            rows.append(("stability", contact_name(result, number) if len(forces) > 1 else "", *force))
     if CreepCurve.present(result):
         curve = CreepCurve.from_result(result)
         rows += [("creep_curve", f"{curve.key} {c!r}", *f) for c, f in zip(curve.creepage.tolist(), curve.force)]

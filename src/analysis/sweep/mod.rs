@@ -371,7 +371,7 @@ fn outcome_of(contact: &crate::job::Contact, found: &StabilityResult) -> Outcome
     let force = match (state, given_forces(contact)) {
         (Some(state), _) => state.patches[0].force,
         (None, Some(points)) => {
-            let all = reactions(&points, &contact.friction);
+            let all = reactions(&points, contact.law());
             let sum = |c: usize| all.iter().skip(c).step_by(3).sum::<f64>();
             [sum(0), sum(1), -sum(2)]
         }

@@ -76,7 +76,12 @@ fn is_placed(point: &Job) -> bool {
         contact.further.is_empty() && contact.places != ContactPlaces::All && contact.wheels == ContactWheels::One;
     let rolls = stability.state() == StabilityState::Steady && stability.direction == Direction::Actual;
     let reduced = point.analyses.modes.is_some() && stability.full.is_none();
-    one && rolls && reduced && contact.friction.is_constant() && point.is_loaded() && are_sections(point)
+    one && rolls
+        && reduced
+        && contact.friction.is_constant()
+        && contact.friction_zones.is_empty()
+        && point.is_loaded()
+        && are_sections(point)
 }
 
 /// Inputs that points on the same bodies share wherever these are touched.

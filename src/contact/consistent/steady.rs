@@ -136,7 +136,7 @@ impl<'a> ConsistentSteady<'a> {
     }
 
     fn law(&self) -> IntegratedLaw {
-        IntegratedLaw { rho: self.augmentation, friction: self.problem.friction.coefficient(0.0) }
+        IntegratedLaw { rho: self.augmentation, friction: self.problem.friction.law(0).coefficient(0.0) }
     }
 
     /// Newton's method with the upstream operator as it is, from forces on all nodes, N, `[3n]`, and an approach; the

@@ -51,7 +51,7 @@ pub(super) fn equations<'e, 'a>(
     resolution: Resolution,
     v: f64,
 ) -> Equations<'e, 'a> {
-    let mu = belt.conditions(v).unwrap().settings.friction.coefficient(v);
+    let mu = belt.conditions(v).unwrap().settings.friction.law(0).coefficient(v);
     let memory =
         ContactMemory { reaction: vec![-mu * LOAD, 0.0, LOAD], friction: vec![mu], motions: vec![LOAD * SOFT] };
     // The motion is measured by that whose velocity is that of the belt.
@@ -66,7 +66,7 @@ pub(super) fn smooth(
 ) -> (f64, Vec<f64>, PeriodicSolution, ContactJacobian) {
     let r = equations.structure.rank();
     let v = equations.key[0];
-    let mu = equations.family.conditions(v).unwrap().settings.friction.coefficient(v);
+    let mu = equations.family.conditions(v).unwrap().settings.friction.law(0).coefficient(v);
     let mut u = vec![0.0; equations.size() + 2];
     // Mean displacement, and a cosine: what acts at the contact is the sum of the modes.
     let stiffness: f64 = equations.structure.model.omega.iter().map(|w| 1.0 / (w * w)).sum::<f64>();
@@ -376,7 +376,7 @@ fn node_first_opens_where_the_motion_takes_back_the_approach() {
     let resolution = Resolution { harmonics: 8, samples: 240 };
     let mut equations = equations(&belt, &structure, resolution, onset());
     // With the normal force p − lean q/SOFT friction and pressure on the mode have a part of q.
-    let mu = belt.conditions(onset()).unwrap().settings.friction.coefficient(onset());
+    let mu = belt.conditions(onset()).unwrap().settings.friction.law(0).coefficient(onset());
     equations.omega = (OMEGA * OMEGA - (mu - lean) * lean / SOFT).sqrt();
     let (key, u, cycle, contact) = smooth(&mut equations, 0.1);
     let start = BranchPoint { key, u, cycle, multipliers: None, special: None };
@@ -414,7 +414,7 @@ fn growing_motions_lead_to_the_cycle_that_is_marched_to() {
     let motions = GrowingMotion(belt.conditions(v).unwrap());
     let mut equations =
         Equations { family: &motions, key: [rate, rate], ..equations(&belt, &structure, RESOLUTION, v) };
-    let mu = motions.0.settings.friction.coefficient(v);
+    let mu = motions.0.settings.friction.law(0).coefficient(v);
     let basis = structure.basis()[(0, 0)];
     let mut u = vec![0.0; equations.size() + 2];
     u[0] = -mu * LOAD / (OMEGA * OMEGA * basis * equations.unit);

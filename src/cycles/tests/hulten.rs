@@ -126,7 +126,7 @@ impl Family for Belts {
     fn conditions(&self, _key: f64) -> crate::Result<Conditions> {
         let settings = Settings {
             scheme: Scheme { step: 1e-5, theta: 0.5 },
-            friction: FrictionLaw::Constant(FRICTION),
+            friction: FrictionLaw::Constant(FRICTION).into(),
             solver: ContactSolver::Newton,
             tolerance: 1e-12,
             drive: Loading::constant(

@@ -61,7 +61,7 @@ impl Family for Belt {
         let law = Exponential { memory_length: 1e-5, ..Exponential::new(0.4, 0.2, 0.3) };
         let settings = Settings {
             scheme: Scheme { step: 1e-5, theta: 0.5 },
-            friction: FrictionLaw::from(law),
+            friction: FrictionLaw::from(law).into(),
             solver: ContactSolver::Newton,
             tolerance: 1e-12,
             drive: Loading::constant(
@@ -78,7 +78,7 @@ impl Family for Belt {
 /// share.
 fn marched<'a>(belt: &Belt, model: &Model<'a>, v: f64, a: f64, time: f64) -> Stepper<'a> {
     let conditions = belt.conditions(v).unwrap();
-    let mu = conditions.settings.friction.coefficient(v);
+    let mu = conditions.settings.friction.law(0).coefficient(v);
     let mut rest = State::at_rest(model, &[-mu * LOAD, 0.0, LOAD], &[LOAD * SOFT]).remembering(&[mu]);
     rest.v[0] += a;
     let step = 2.0 * PI / OMEGA / RESOLUTION.samples as f64;

@@ -39,7 +39,7 @@ impl Rolling {
         let creepage = ContactCreepage { longitudinal: 1e-3, lateral: 3e-3, spin: 0.1 };
         let settings = Settings {
             scheme: Scheme { step: 1e-5, theta: 0.5 },
-            friction: self.friction.clone(),
+            friction: self.friction.clone().into(),
             solver: ContactSolver::Newton,
             tolerance: 1e-12,
             drive: Loading::constant(self.load, creepage, SPEED),

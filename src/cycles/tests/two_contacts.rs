@@ -6,6 +6,7 @@ use super::*;
 use crate::body::half_space::HalfSpace;
 use crate::contact::{Loads, PatchKinematics};
 use crate::cycles::corrector::Condition;
+use crate::friction::PatchFriction;
 use crate::transient::PatchDrive;
 
 /// Rolling speed, m/s; angular frequencies of the modes, rad/s, their damping, 1/s, and displacement at their contact,
@@ -86,9 +87,14 @@ impl Family for Balls {
         };
         let loads: Vec<NormalLoad> = (0..self.count()).map(|patch| NormalLoad::Force(self.load(patch))).collect();
         let loads = Loads::of_patches(&loads);
+        // A ball that does not sway rubs by a law of its own, which has no memory.
+        let others = (1..self.count()).map(|patch| match self.sways(patch) {
+            true => law.clone().into(),
+            false => FrictionLaw::Constant(0.25),
+        });
         let settings = Settings {
             scheme: Scheme { step: 1e-5, theta: 0.5 },
-            friction: FrictionLaw::from(law),
+            friction: PatchFriction::new(law.clone().into(), others.collect()),
             solver: ContactSolver::Newton,
             tolerance: 1e-12,
             drive: Loading::of_loads(&loads, (0..self.count()).map(drive).collect()),

@@ -1,6 +1,6 @@
 //! The contact: friction, load, creepages, patch, contact points.
 
-use crate::friction::FrictionLaw;
+use crate::friction::{FrictionLaw, FrictionZone, PlaceOnRail, TrackFriction};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -10,6 +10,10 @@ use serde::{Deserialize, Serialize};
 pub struct Contact {
     /// Friction law: a number is Coulomb's coefficient, 0 frictionless; `{"exponential": ...}` falls with the velocity.
     pub friction: FrictionLaw,
+    /// Zones of the rails with a friction of their own, such as a lubricated gauge face. The first zone that holds a
+    /// contact has its friction.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub friction_zones: Vec<FrictionZone>,
     /// Normal force that presses the bodies together, N. Give either this or `approach`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N"))]
@@ -73,6 +77,9 @@ pub struct Contact {
     /// Angle of a contact of `around` about the axle of the lower body, rad.
     #[serde(skip)]
     pub turned: f64,
+    /// Friction law that a contact of `around` has of its own.
+    #[serde(skip)]
+    pub own_friction: Option<FrictionLaw>,
     /// Name of the body of `bodies.others` that touches the lower one here; none: one like the upper body.
     #[serde(skip)]
     pub body: Option<String>,
@@ -137,6 +144,12 @@ pub struct ContactAround {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N"))]
     pub normal_load: Option<f64>,
+    /// Rectangle on which this contact is looked for. Default: that of the first one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub patch: Option<Patch>,
+    /// Friction law at this contact. Default: that of the first one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub friction: Option<FrictionLaw>,
     /// Rigid creep at this contact. Default: that of the first one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub creepage: Option<Creepage>,
@@ -222,6 +235,8 @@ impl Contact {
                 (contact.normal_load, contact.approach) = (own.normal_load, None);
             }
             contact.creepage = own.creepage.unwrap_or(contact.creepage);
+            contact.own_friction = own.friction.clone();
+            contact.patch = own.patch.or(contact.patch);
             contact
         };
         self.further = self.around.iter().map(one).collect();
@@ -250,9 +265,75 @@ impl Contact {
         }
     }
 
+    /// Friction of the track: the law of the contact and its zones.
+    pub fn track_friction(&self) -> TrackFriction {
+        TrackFriction { elsewhere: self.friction.clone(), zones: self.friction_zones.clone() }
+    }
+
+    /// Friction law at this contact, once its place is known: its own one, that of its zone, or that of the job.
+    pub fn law(&self) -> &FrictionLaw {
+        match (&self.own_friction, self.zone()) {
+            (Some(own), _) => own,
+            (None, Some(number)) => &self.friction_zones[number].friction,
+            (None, None) => &self.friction,
+        }
+    }
+
+    /// Number of the zone that holds this contact, once its place is known.
+    pub(crate) fn zone(&self) -> Option<usize> {
+        let placement = self.placement.as_ref()?;
+        let right = placement.side == super::TrackSide::Right;
+        let place = PlaceOnRail { right, curvature: placement.curvature, angle: self.angle };
+        self.friction_zones.iter().position(|zone| zone.holds(place))
+    }
+
+    /// Key of the friction law at the contact `number` of this job.
+    pub(crate) fn law_key(&self, number: usize) -> String {
+        let here = self.all().nth(number).map(|one| (one.own_friction.is_some(), one.zone()));
+        match here {
+            Some((true, _)) => format!("contact.around.{}.friction", number - 1),
+            Some((_, Some(zone))) => format!("contact.friction_zones.{zone}.friction"),
+            _ => "contact.friction".into(),
+        }
+    }
+
+    /// The same with `factor` times the friction at all contacts.
+    pub(crate) fn with_friction_scaled(&self, factor: f64) -> Self {
+        let TrackFriction { elsewhere, zones } = self.track_friction().scaled(factor);
+        Self {
+            friction: elsewhere,
+            friction_zones: zones,
+            own_friction: self.own_friction.as_ref().map(|law| law.scaled(factor)),
+            further: self.further.iter().map(|one| one.with_friction_scaled(factor)).collect(),
+            ..self.clone()
+        }
+    }
+
     /// The contacts: this one, then the other ones of the same wheel, then those of other wheels.
     pub fn all(&self) -> impl Iterator<Item = &Contact> {
         std::iter::once(self).chain(&self.further)
+    }
+
+    /// Names of several contacts, in their order: their wheels, their places on the profile of a wheel, or the bodies
+    /// around the lower one. Empty where there is one.
+    pub(crate) fn names(&self) -> Vec<String> {
+        if self.further.is_empty() {
+            return Vec::new();
+        }
+        let name = |(number, one): (usize, &Self)| match &one.body {
+            Some(body) => body.clone(),
+            None if !self.around.is_empty() => format!("body {}", number + 1),
+            None => {
+                let wheel = (self.wheels == ContactWheels::Both).then(|| match one.side() {
+                    super::TrackSide::Left => "left-hand wheel".to_owned(),
+                    super::TrackSide::Right => "right-hand wheel".to_owned(),
+                });
+                let place = one.placement.as_ref().and_then(|p| p.touch_near);
+                let place = place.map(|y| format!("y = {:.2} mm of the wheel's profile", 1e3 * y));
+                [wheel, place].into_iter().flatten().collect::<Vec<_>>().join(", ")
+            }
+        };
+        self.all().enumerate().map(name).collect()
     }
 
     /// Place of a contact of a body around the lower one, in words.

@@ -2,6 +2,7 @@
 
 use super::super::model::*;
 use super::super::transient::{StartState, TransientSolver};
+use crate::friction::FrictionLaw;
 
 /// Adds the faults of `contact.quadrature`.
 pub fn check(job: &Job, faults: &mut Vec<String>) {
@@ -10,7 +11,8 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
     if contact.points.is_some() || job.by_matrices() {
         return faults.push(format!("{key}, but contact points stand alone; expected \"nodal\", or leave it out"));
     }
-    if !contact.friction.is_constant() {
+    let laws = contact.friction_zones.iter().map(|zone| &zone.friction);
+    if !laws.chain([&contact.friction]).all(FrictionLaw::is_constant) {
         faults.push(format!(
             "{key} with friction that changes with the velocity; expected \"nodal\", or a number as contact.friction"
         ));

@@ -165,43 +165,65 @@ pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         );
         return;
     };
-    match spacing {
-        None => faults.push(
-            "contact.patch.spacing: missing; swept bodies need the distance of the nodes of the \
-         contact grid, e.g. 0.001 (m)"
-                .into(),
-        ),
+    let radius = |contact: &Contact| {
+        let upper = job.upper_at(contact).map(|(name, body)| (format!("bodies.{name}"), body));
+        let lower = job.bodies.lower.as_ref().map(|body| ("bodies.lower".to_owned(), body));
+        let running = |(name, body): (String, &Body)| body.running().map(|running| (name, running));
+        [lower.and_then(running), upper.and_then(running)].into_iter().flatten().collect::<Vec<_>>()
+    };
+    check_spacing("contact.patch", patch, faults);
+    check_room("contact.patch", patch, &radius(contact), faults);
+    for (i, (own, one)) in contact.around.iter().zip(&contact.further).enumerate() {
+        let path = format!("contact.around.{i}.patch");
+        match own.patch {
+            Some(patch) => {
+                check_spacing(&path, patch, faults);
+                check_room(&path, patch, &radius(one), faults);
+            }
+            // The lower body is that of the first contact.
+            None if own.body.is_some() => check_room("contact.patch", patch, &radius(one)[1..], faults),
+            None => {}
+        }
+    }
+}
+
+/// Adds the faults of the lines of the `patch` given by the key `path`.
+fn check_spacing(path: &str, patch: Patch, faults: &mut Vec<String>) {
+    match patch.spacing {
+        None => faults.push(format!(
+            "{path}.spacing: missing; swept bodies need the distance of the nodes of the contact grid, e.g. 0.001 (m)"
+        )),
         Some(h) => {
             for (key, half) in [("half_length", patch.half_length), ("half_width", patch.half_width)] {
                 if half < 2.0 * h {
-                    faults.push(format!(
-                        "contact.patch.{key}: found {half} m, expected at least twice \
-                     contact.patch.spacing ({h} m)"
-                    ));
+                    faults
+                        .push(format!("{path}.{key}: found {half} m, expected at least twice {path}.spacing ({h} m)"));
                 }
                 if half > MOST_LINES * h {
                     faults.push(format!(
-                        "contact.patch.spacing: found {h:e} m, expected at least {} m, contact.patch.{key} / \
-                         {MOST_LINES}",
+                        "{path}.spacing: found {h:e} m, expected at least {} m, {path}.{key} / {MOST_LINES}",
                         half / MOST_LINES
                     ));
                 }
             }
         }
     }
-    for (name, running) in swept {
+}
+
+/// Adds the faults of the `patch` given by the key `path` where the `bodies` with these names have no room for it.
+fn check_room(path: &str, patch: Patch, bodies: &[(String, Running)], faults: &mut Vec<String>) {
+    for (name, running) in bodies {
         if patch.half_length >= 0.5 * running.radius {
             faults.push(format!(
-                "contact.patch.half_length: found {} m, expected less than half the rolling radius of \
-                 bodies.{name} ({} m)",
+                "{path}.half_length: found {} m, expected less than half the rolling radius of {name} ({} m)",
                 patch.half_length,
                 0.5 * running.radius
             ));
         }
         if patch.half_width > running.room {
             faults.push(format!(
-                "contact.patch.half_width: found {} m, expected at most {:.6} m, the distance from the contact \
-                 point of bodies.{name} to the nearer edge of its running surface",
+                "{path}.half_width: found {} m, expected at most {:.6} m, the distance from the contact point of \
+                 {name} to the nearer edge of its running surface",
                 patch.half_width, running.room
             ));
         }

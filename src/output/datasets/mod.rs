@@ -4,6 +4,7 @@
 pub(crate) mod branches;
 pub(crate) mod checkpoint;
 pub mod contact;
+pub(crate) mod contacts;
 pub(crate) mod creep_curve;
 pub mod curving;
 pub(crate) mod cycles;

@@ -20,6 +20,8 @@ pub struct PlacementResult {
     pub creepages: [f64; 3],
     /// V, m/s.
     pub speed: f64,
+    /// Number of the zone of friction that holds the contact, in a job with zones: −1 outside all.
+    pub friction_zone: Option<i32>,
     /// Lines of rail and wheel, m.
     pub lines: [Vec<[f64; 2]>; 2],
 }
@@ -81,6 +83,10 @@ pub fn tables(number: usize, found: &PlacementResult) -> Vec<Table> {
             found.speed,
         ),
     ];
+    if let Some(zone) = found.friction_zone {
+        let text = "Number of the zone of contact.friction_zones that holds the contact, from 0; -1 outside all.";
+        tables.push(Table::scalar(&format!("{group}/friction_zone"), "1", text, zone));
+    }
     for (name, line) in ["rail_line", "wheel_line"].into_iter().zip(&found.lines) {
         let text = "Points (y, z) of the line at first touch, in the track: y to the right, z down.";
         tables.push(Table::new(&format!("{group}/{name}"), "m", text, &[line.len(), 2], line.concat()));

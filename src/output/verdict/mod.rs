@@ -297,7 +297,9 @@ fn cures(job: &Value, tables: &Tables, (spectrum, names): (&Spectrum, &Names), u
         parts.push(format!("with the contact on the upper body {shift} mm further in y"));
     }
     if let Some(less) = change("friction").filter(|c| (-FRICTION..0.0).contains(c)) {
-        parts.push(match job["contact"]["friction"].as_f64() {
+        // The sensitivity is that to the friction of all contacts.
+        let alike = job["contact"]["friction_zones"].is_null() && job["contact"]["around"].is_null();
+        parts.push(match job["contact"]["friction"].as_f64().filter(|_| alike) {
             Some(friction) => format!("with friction below {}", rounded(friction * (1.0 + less))),
             None => format!("with friction lower by {} %", rounded(-100.0 * less)),
         });

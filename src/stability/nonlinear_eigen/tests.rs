@@ -67,7 +67,7 @@ fn contact(s: &Interface, pair: &CoupledModel, friction: FrictionLaw, lateral: f
     let problem = SteadyProblem {
         interface: s,
         compliance: w.as_ref().into(),
-        friction,
+        friction: friction.into(),
         kinematics: PatchKinematics::one(10.0, ContactCreepage { lateral, spin: 0.3, ..ContactCreepage::default() }),
         loads: NormalLoad::Force(7e4).into(),
         stencil: Stencil::default(),

@@ -76,7 +76,7 @@ fn beside(v: f64, other: Option<[f64; 2]>, start: impl FnOnce(State) -> State) -
     let creepage = ContactCreepage { longitudinal: 1.0, lateral: 0.0, spin: 0.0 };
     let settings = Steps {
         scheme: Scheme { step: STEP, theta: 0.5 },
-        friction,
+        friction: friction.into(),
         solver: ContactSolver::Newton,
         tolerance: 1e-12,
         drive: Loading::constant(NormalLoad::Approach(LOAD * SOFT), creepage, v),

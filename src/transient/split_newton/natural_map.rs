@@ -102,9 +102,9 @@ impl NaturalMap {
         }
         Arch::new().dispatch(Add { one: &self.free, other: &now.y, to: &mut self.u });
         let mut slopes = Vec::new();
-        match p.friction {
-            FrictionLaw::Constant(mu) => self.friction[..k].fill(*mu),
-            FrictionLaw::Varying(_) => {
+        match p.friction.only() {
+            Some(FrictionLaw::Constant(mu)) => self.friction[..k].fill(*mu),
+            _ => {
                 let along = self.u.row(0).iter().zip(self.u.row(1));
                 let velocities: Vec<f64> = along.take(k).map(|(x, y)| size([*x, *y]) / p.step).collect();
                 let (friction, found) = p.coefficients_with_slopes(&velocities);
@@ -304,7 +304,7 @@ mod tests {
                     (i, c) => [0.3e-7, 2e-7, 1e-7][c] * number(n + 200) - if i % 3 == 0 && c == 2 { 3e-7 } else { 0.0 },
                 })
                 .collect();
-            let law = FrictionLaw::Constant(friction);
+            let law = FrictionLaw::Constant(friction).into();
             let p = StepProblem {
                 matrix: &matrix,
                 free: &free,

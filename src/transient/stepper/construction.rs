@@ -1,5 +1,6 @@
 //! Construction of steppers, and the checks of what they are given.
 
+use super::remembered::at_rest;
 use super::roughness_gap::RoughnessGap;
 use super::step_result::{NodeState, StepReport};
 use super::working_set::{InactiveNodes, WorkingSet};
@@ -54,7 +55,7 @@ impl<'a> Stepper<'a> {
         if settings.friction.memory().is_none() {
             state.friction.clear();
         } else if state.friction.is_empty() {
-            state.friction = vec![settings.friction.coefficient(0.0); n];
+            state.friction = at_rest(&settings.friction, model.interface);
         } else if state.friction.len() != n {
             return Err(Error::Defect(format!(
                 "transient: {} coefficients of friction for {n} contact nodes",

@@ -129,7 +129,7 @@ impl Integrated {
             let shift = shift.to_vec();
             return Ok(StepSolution { reaction, shift, response, status, friction: Vec::new(), residual: 0.0 });
         }
-        let law = IntegratedLaw { rho: self.rho, friction: p.friction.coefficient(0.0) };
+        let law = IntegratedLaw { rho: self.rho, friction: p.friction.law(0).coefficient(0.0) };
         // Component of the reactions whose total each border prescribes.
         let component = |b: &Border| b.tangential().unwrap_or(2);
         let (mut total, mut from) = ([None; 3], [0.0; 3]);

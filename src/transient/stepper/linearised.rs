@@ -403,7 +403,8 @@ impl Stepper<'_> {
         let mut out = Mat::zeros(ws.core, changes.friction.ncols());
         for a in 0..ws.core {
             let slip = [0, 1].map(|c| self.met.slip[2 * a + c]);
-            let [own, upstream] = self.settings.friction.renewed_by_memory(&self.before[a], size_of(slip) / h);
+            let law = self.settings.friction.law(ws.patch_of(a));
+            let [own, upstream] = law.renewed_by_memory(&self.before[a], size_of(slip) / h);
             for (of, part) in self.remembers(a) {
                 let weight = part[0] * own + part[1] * upstream;
                 (0..out.ncols()).for_each(|c| out[(a, c)] += weight * changes.friction[(of, c)]);

@@ -4,7 +4,13 @@ use super::super::departure_point::DeparturePoint;
 use super::super::problem::StepSolution;
 use super::Stepper;
 use crate::contact::law::{size, Status};
-use crate::friction::Remembered;
+use crate::friction::{PatchFriction, Remembered};
+use crate::grid::Interface;
+
+/// The coefficients of friction at rest of the nodes of an interface, `[n]`.
+pub(super) fn at_rest(friction: &PatchFriction, s: &Interface) -> Vec<f64> {
+    (0..s.len()).map(|i| friction.law(s.patch_of(i)).coefficient(0.0)).collect()
+}
 
 impl Stepper<'_> {
     /// Memory of friction of the core nodes before the step, `[core]`; nothing where friction is constant. The material
@@ -42,12 +48,12 @@ impl Stepper<'_> {
         if self.state.friction.is_empty() {
             return;
         }
-        let law = &self.settings.friction;
-        self.state.friction.fill(law.coefficient(0.0));
+        let friction = &self.settings.friction;
+        self.state.friction = at_rest(friction, self.model.interface);
         let renewed = || {
             let velocity = |slip: &[f64]| size([slip[0], slip[1]]) / self.settings.scheme.step;
             let v: Vec<f64> = self.met.slip.chunks_exact(2).map(velocity).collect();
-            law.renewed_with_slopes(&self.before, &v).0
+            friction.renewed_with_slopes(&self.working.patch, &self.before, &v).0
         };
         let found = match solution.friction.len() == self.met.nodes.len() {
             true => &solution.friction,

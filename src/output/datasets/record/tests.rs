@@ -70,7 +70,7 @@ fn datasets_hold_what_their_names_say_at_the_times_they_should() {
     let approach = History::table("approach", &[[0.0, 2e-3], [1.0, 0.1]], 1.0).expect("a history");
     let settings = Settings {
         scheme: Scheme { step: H, theta: 0.5 },
-        friction: FrictionLaw::Constant(0.3),
+        friction: FrictionLaw::Constant(0.3).into(),
         solver: ContactSolver::Newton,
         tolerance: 1e-11,
         drive: Loading::of_patch(
