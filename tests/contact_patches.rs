@@ -10,6 +10,7 @@ use railsqueal::contact::{
 use railsqueal::friction::{Exponential, FrictionLaw, PatchFriction};
 use railsqueal::grid::Interface;
 use railsqueal::model::{combined_compliance, CoupledModel};
+use railsqueal::roughness::{RoughSurfaces, RoughnessFeature, RoughnessShape};
 use railsqueal::stability::nonlinear_eigen::{self, SpectrumMemory};
 use railsqueal::stability::reduced::{self, Eigenpair};
 use railsqueal::transient::loading::{History, Normal, PatchDrive};
@@ -655,13 +656,23 @@ fn in_time_patches_apart_are_single_ones() {
             .flat_map(|i| [rest.traction[i][0], rest.traction[i][1], rest.pressure[i]].map(|v| v * both.weight[i]))
             .collect()
     };
+    // A wave on one of the lower surfaces, and a joint on the other one.
+    let rough = |c: usize| {
+        let (shape, at) = match c {
+            0 => (RoughnessShape::Wave { length: 4e-3, height: 2e-6 }, 0.0),
+            _ => (RoughnessShape::Joint { length: 0.01, depth: 5e-6 }, 4e-3),
+        };
+        let feature = RoughnessFeature::Shape { shape, at, period: None };
+        RoughSurfaces { speed: rolling[c].speed, onset: 1e-3, parts: [vec![feature], vec![]], ahead: [0.0; 2] }
+    };
     let run = |s: &Interface, pair: &CoupledModel, first: usize, kinematics: &[PatchKinematics], kicks: &[f64]| {
+        let surfaces = (0..kinematics.len()).map(|c| rough(first / n + c)).collect();
         let s = s.with_gap(gap(s, first));
         let model = Model::new(pair, &s);
         let mut start = State::at_rest(&model, &reaction(first..first + s.len()), &vec![0.0; kinematics.len()]);
         start.v.copy_from_slice(kicks);
         let settings = settings(held(kinematics), FrictionLaw::Constant(MU), 1e-5);
-        let mut stepper = Stepper::new(model, settings, start).unwrap();
+        let mut stepper = Stepper::new(model, settings, start).unwrap().rough(surfaces).unwrap();
         (0..60).for_each(|_| stepper.advance().unwrap());
         (stepper.state().clone(), stepper.report().clone())
     };

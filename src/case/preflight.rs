@@ -84,6 +84,7 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
     let mut report = PreflightReport::default();
     if let (Some(transient), Some(contact)) = (&job.analyses.transient, &job.contact) {
         super::transient_problem::histories(transient, contact)?;
+        super::roughness::refuse_others(job, contact.all().count())?;
     }
     if job.by_matrices() {
         // They are read whole: whether they fit each other and the contacts is not to be seen in their heads.
@@ -130,17 +131,19 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
         for (key, body) in job.all_bodies().into_iter().filter(other) {
             meshes.section_size(body).map_err(|e| e.context(format!("bodies.{key}.mesh")))?;
         }
-        let grid = |body: &crate::job::Body| match &job.contact {
-            Some(contact) => super::swept::grid(contact, body),
-            None => Ok(None),
-        };
-        let lower = job.bodies.lower.as_ref().map(grid).transpose()?.flatten();
-        if let (Some(lower), true) = (lower, wanted(job)) {
+        if wanted(job) {
             for (number, contact) in job.contact.iter().flat_map(Contact::all).enumerate() {
-                let Some(upper) = job.upper_at(contact).map(|(_, body)| grid(body)).transpose()?.flatten() else {
-                    continue;
+                let upper = job.upper_at(contact).map(|(_, body)| body);
+                let grid = |body: Option<&crate::job::Body>| match body {
+                    Some(body) => super::swept::grid(contact, body),
+                    None => Ok(None),
                 };
-                let found = foreseen_at((job, contact), &interface_between(&lower, &upper)?)?;
+                let (Some(lower), Some(upper)) = (grid(job.bodies.lower.as_ref())?, grid(upper)?) else { continue };
+                let found =
+                    foreseen_at((job, contact), &interface_between(&lower, &upper)?).map_err(|e| match number {
+                        0 => e,
+                        _ => e.context(format!("contact.around.{}", number - 1)),
+                    })?;
                 if number > 0 {
                     report.lines.push(format!("contact {}, {}:", number + 1, contact.around_text()));
                 }

@@ -149,6 +149,9 @@ impl SlidingProblem<'_> {
     fn refuse_loads(&self) -> Result<()> {
         let pressing = |load: &NormalLoad| !matches!(load, NormalLoad::Force(f) if !(*f > 0.0 && f.is_finite()));
         let motions = &self.loads.motions;
+        if !self.friction.fits(self.interface.patches.len()) {
+            return Err(Error::Defect("steady sliding: the laws of friction are not those of the patches".into()));
+        }
         match motions.first().map(|m| m.load) {
             Some(NormalLoad::Force(f)) if !motions.iter().any(|m| pressing(&m.load)) => {
                 Err(Error::Job(format!("contact.normal_load is {f} N: sliding needs a pressing load")))

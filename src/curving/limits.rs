@@ -99,7 +99,8 @@ impl CurvingProblem {
                 1e3 * end
             )));
         }
-        let friction = loaded.iter().map(|c| c.friction).fold(0.0, f64::max);
+        let on_flange = loaded.iter().filter(|c| c.place.angle.abs() > FLANGE);
+        let friction = on_flange.map(|c| c.friction).fold(0.0, f64::max);
         let limit = (flange.tan() - friction) / (1.0 + friction * flange.tan());
         if lateral <= limit * vertical {
             return Ok(());

@@ -410,6 +410,14 @@ fn lubricated_gauge_face_has_its_own_friction() {
         }
     }
     assert!(lubricates > 0, "no flange contact");
+    // Whether a wheel climbs hangs on the friction of its flange.
+    let rough = |mu| CurvingProblem {
+        friction: TrackFriction { elsewhere: FrictionLaw::Constant(0.7), zones: vec![zone(mu)] },
+        ..problem(100.0, 0.7)
+    };
+    rough(0.1).solve().unwrap();
+    let text = rough(0.7).solve().unwrap_err().to_string();
+    assert!(text.contains("climbs its rail") && text.contains("a friction of 0.70"), "{text}");
     assert!(lubricated.residual < 1e-7);
     // Less friction at the flange is less torque against the curve: the leading axle runs at another angle.
     let yaw = |s: &CurvingSolution| s.axles[0].motion.yaw;

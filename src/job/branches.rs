@@ -290,10 +290,10 @@ pub(super) fn faults(job: &Job, wanted: &Branches) -> Vec<String> {
     let damping = damping_key(key);
     if !is_friction(key) && !KEYS.iter().any(|k| fits(k)) && damping.is_none() {
         faults.push(format!(
-            "{path}.along: found \"{key}\", expected a key that keeps modes and mesh: of contact friction, a number of \
-             its law or of that of a friction zone, creepage.longitudinal, creepage.lateral, creepage.spin, \
-             normal_load, approach or speed; a number of bodies.lower.damping or bodies.upper.damping; or \
-             curve.radius{}",
+            "{path}.along: found \"{key}\", expected a key that keeps modes and mesh: of contact friction, that of a \
+             friction zone or of around, or a number of such a law, creepage.longitudinal, creepage.lateral, \
+             creepage.spin, normal_load, approach or speed; a number of bodies.lower.damping or bodies.upper.damping; \
+             or curve.radius{}",
             meant(job, key)
         ));
         return faults;

@@ -182,11 +182,7 @@ impl Job {
             cycles.starts.results.iter_mut().for_each(|r| absolute(&mut r.file));
         }
         if let Some(rough) = self.contact.as_mut().and_then(|c| c.roughness.as_mut()) {
-            for part in rough.lower.iter_mut().chain(&mut rough.upper) {
-                if let RoughnessPart::File(file) = part {
-                    absolute(&mut file.path);
-                }
-            }
+            rough.paths_mut().for_each(absolute);
         }
         for body in self.bodies.all_mut() {
             if let Some(m) = &mut body.matrices {

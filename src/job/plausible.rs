@@ -73,6 +73,24 @@ const USUAL: &[Usual] = &[
     usual("contact.friction_zones.*.friction", OnRail, "a coefficient of friction", [0.0, 1.0], &[PER_CENT]),
     usual("contact.friction_zones.*.from_angle", OnRail, "a contact angle", [0.0, 1.5], &[DEGREES]),
     usual("contact.around.*.friction", Everywhere, "a coefficient of friction", [0.0, 1.0], &[PER_CENT]),
+    usual("contact.friction_zones.*.friction.*.static", OnRail, "a coefficient of friction", [0.0, 1.0], &[PER_CENT]),
+    usual("contact.friction_zones.*.friction.*.kinetic", OnRail, "a coefficient of friction", [0.0, 1.0], &[PER_CENT]),
+    usual(
+        "contact.friction_zones.*.friction.table.points.*.1",
+        OnRail,
+        "a coefficient of friction",
+        [0.0, 1.0],
+        &[PER_CENT],
+    ),
+    usual("contact.around.*.friction.*.static", Everywhere, "a coefficient of friction", [0.0, 1.0], &[PER_CENT]),
+    usual("contact.around.*.friction.*.kinetic", Everywhere, "a coefficient of friction", [0.0, 1.0], &[PER_CENT]),
+    usual(
+        "contact.around.*.friction.table.points.*.1",
+        Everywhere,
+        "a coefficient of friction",
+        [0.0, 1.0],
+        &[PER_CENT],
+    ),
     usual("contact.creepage.longitudinal", Everywhere, "a creepage", [0.0, 0.1], &[PER_CENT]),
     usual("contact.creepage.lateral", Everywhere, "a creepage", [0.0, 0.1], &[PER_CENT]),
     usual("contact.placement.creepage.longitudinal", OnRail, "a creepage", [0.0, 0.1], &[PER_CENT]),
@@ -326,7 +344,7 @@ mod tests {
             let path: Vec<&str> = line.key.split('.').collect();
             let fill = |k: usize| match (path[k], k) {
                 ("*", 1) => "lower",
-                ("*", 2) if path[1] == "friction" => "exponential",
+                ("*", k) if path[k - 1] == "friction" => "exponential",
                 ("*", _) => "0",
                 (key, _) => key,
             };

@@ -123,7 +123,7 @@ fn motion(job: &Job, contact: &Contact, transient: &Transient) -> Vec<Small> {
         });
     }
     let way = contact.speed * transient.step;
-    let element = job.contact_spacing();
+    let element = contact.patch.and_then(|p| p.spacing).or(job.contact_spacing());
     // Material must be seen in the contact, and should be seen at every node of it.
     all.push(Small {
         found: format!("analyses.transient.step {} s", transient.step),

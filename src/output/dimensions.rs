@@ -9,6 +9,7 @@ const RULES: &[(&str, &[&str])] = &[
     ("/contact/deflection", &["direction"]),
     ("/contact/area", &["body"]),
     ("/contact/*", &["node", "direction"]),
+    ("/contacts/*", &["contact", "component"]),
     ("/contact_*/shape", &["axis"]),
     ("/contact_*/force", &["direction"]),
     ("/contact_*/centre", &["direction"]),

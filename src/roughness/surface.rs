@@ -37,7 +37,7 @@ impl RoughnessFeature {
     }
 }
 
-/// Both surfaces.
+/// Both surfaces at a contact.
 #[derive(Debug, Clone, PartialEq)]
 pub struct RoughSurfaces {
     /// Rolling speed V, m/s.
@@ -46,6 +46,8 @@ pub struct RoughSurfaces {
     pub onset: f64,
     /// Roughness of the lower and of the upper body.
     pub parts: [Vec<RoughnessFeature>; 2],
+    /// By how much the ways of both surfaces at this contact are ahead of those at the first one, m.
+    pub ahead: [f64; 2],
 }
 
 impl RoughSurfaces {
@@ -62,7 +64,8 @@ impl RoughSurfaces {
     /// Height of the surface of the lower (0) or upper (1) body at the contact's centre at the time `t` (s), m; of an
     /// area on its lateral place number `iy`.
     pub fn height(&self, body: usize, t: f64, iy: usize) -> f64 {
-        self.share(t) * self.parts[body].iter().map(|p| p.at(self.speed * t, iy)).sum::<f64>()
+        let way = self.speed * t + self.ahead[body];
+        self.share(t) * self.parts[body].iter().map(|p| p.at(way, iy)).sum::<f64>()
     }
 
     /// The gap at the time `t` (s) into `gap`, m, `[nx ny]`, on the grid `x` (m, `[nx]`); `smooth` is that without
@@ -73,12 +76,12 @@ impl RoughSurfaces {
         if share == 0.0 {
             return;
         }
-        let all = || self.parts.iter().flatten();
+        let all = || self.parts.iter().zip(self.ahead).flat_map(|(parts, ahead)| parts.iter().map(move |p| (p, ahead)));
         for (ix, &place) in x.iter().enumerate() {
             let s = way - place;
-            let even: f64 = all().filter(|p| !p.varies()).map(|p| p.at(s, 0)).sum();
+            let even: f64 = all().filter(|(p, _)| !p.varies()).map(|(p, ahead)| p.at(s + ahead, 0)).sum();
             for (iy, row) in gap.chunks_exact_mut(x.len()).enumerate() {
-                let own: f64 = all().filter(|p| p.varies()).map(|p| p.at(s, iy)).sum();
+                let own: f64 = all().filter(|(p, _)| p.varies()).map(|(p, ahead)| p.at(s + ahead, iy)).sum();
                 row[ix] -= share * (even + own);
             }
         }
@@ -103,7 +106,7 @@ mod tests {
         };
         let x = [-0.1, 0.0, 0.1];
         for body in [0, 1] {
-            let mut surface = RoughSurfaces { speed: 2.0, onset: 0.0, parts: [vec![], vec![]] };
+            let mut surface = RoughSurfaces { speed: 2.0, onset: 0.0, parts: [vec![], vec![]], ahead: [0.0; 2] };
             surface.parts[body].push(bump(0.3));
             let mut seen = Vec::new();
             for t in [0.1, 0.15, 0.2] {
@@ -123,6 +126,7 @@ mod tests {
             speed: 1.0,
             onset: 0.5,
             parts: [vec![RoughnessFeature::Lines(vec![ramp(1.0), ramp(3.0)])], vec![]],
+            ahead: [0.0; 2],
         };
         assert_eq!(surface.height(0, 0.0, 0), 0.0);
         assert!((surface.height(0, 0.25, 0) - 0.125).abs() < 1e-12);

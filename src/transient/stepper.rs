@@ -166,9 +166,9 @@ pub struct Stepper<'a> {
 }
 
 impl<'a> Stepper<'a> {
-    /// The same on rough surfaces.
-    pub fn rough(mut self, surface: RoughSurfaces) -> Result<Self> {
-        self.passing = RoughnessGap::rough(self.model.interface, surface)?;
+    /// The same on rough surfaces, `[patches]`.
+    pub fn rough(mut self, surfaces: Vec<RoughSurfaces>) -> Result<Self> {
+        self.passing = RoughnessGap::rough(self.model.interface, surfaces)?;
         Ok(self)
     }
 

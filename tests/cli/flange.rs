@@ -50,7 +50,7 @@ fn contacts_are_told_their_zone_of_friction() {
     for part in [
         "friction 0.4 of contact.friction, outside all zones",
         "friction 0.15 of contact.friction_zones.0",
-        "contact.friction_zones.1 holds no contact of this job",
+        "contact.friction_zones.1 holds none of the contacts examined",
     ] {
         assert!(ran.good().out.contains(part), "{part}: {}", ran.out);
     }

@@ -279,9 +279,21 @@ fn what_does_not_stand_around_one_is_refused() {
         (json!([{ "angle": 0.0 }]), ["contact.around.0.angle: found 0 rad", "another place"]),
         (json!([{ "angle": 1.0, "normal_load": 1e9 }]), ["contact.around.0.normal_load", "strain"]),
         (json!([{ "angle": 1.0, "creepage": { "lateral": 3 } }]), ["contact.around.0.creepage", "range of the theory"]),
+        (json!([{ "angle": 1.0, "friction": -0.1 }]), ["contact.around.0.friction", "-0.1"]),
+        (
+            json!([{ "angle": 1.0, "patch": { "half_length": 3e-4, "half_width": 3e-4, "spacing": 1e-4 } }]),
+            ["contact.around.0: contact.patch: the contact reaches the border", "this load needs"],
+        ),
+        (
+            json!([{ "angle": 1.0, "patch": { "half_length": 1e-3, "half_width": 0.05, "spacing": 3e-4 } }]),
+            ["contact.around.0.patch.half_width: found 0.05 m", "bodies.upper"],
+        ),
     ] {
         Folder::with(coarse(around).to_string()).refused(1, &[], 2, &parts);
     }
+    let mut alone = coarse(json!([{ "angle": 1.0, "body": "unknown" }]));
+    alone["bodies"]["lower"] = Value::Null;
+    Folder::with(alone.to_string()).refused(1, &[], 2, &["bodies.lower: missing"]);
     let mut placed = job("wheel-on-rail.json");
     placed["contact"]["around"] = json!([{ "angle": 1.0 }]);
     Folder::with(placed.to_string()).refused(1, &[], 2, &["contact.around: takes bodies of revolution"]);
@@ -340,6 +352,64 @@ fn a_creep_curve_of_a_rig_is_that_of_its_wheels() {
     for (k, value) in both.iter().enumerate() {
         let worst = alone.iter().map(|of| of[k]).max_by(|a, b| a.re.total_cmp(&b.re)).expect("two wheels");
         assert!((value - worst).norm() < 1e-6 * worst.norm(), "{value} and {worst}");
+    }
+}
+
+/// A joint on the roller passes the wheel that stands behind, whose surface differs from that of the first one. On two
+/// ranks it is the same; another surface below one of the wheels is refused.
+#[test]
+fn the_rough_roller_passes_one_wheel_after_the_other() {
+    let angle = -0.6;
+    let mut job = coarse(json!([{ "angle": angle, "normal_load": 1000 }]));
+    // It has 10 mm to go to the wheel at -0.6 rad, which stands 0.24 m behind the first one.
+    let joint = json!([{ "joint": { "length": 0.004, "depth": 1e-5, "at": 0.01 - 0.4 * angle } }]);
+    let upper = json!([{ "spectrum": { "levels": [[0.1, 10], [0.05, 5]], "seed": 2 } }]);
+    job["contact"]["roughness"] = json!({ "onset": 0.001, "lower": joint, "upper": upper });
+    job["analyses"] = json!({
+        "modes": { "max_frequency": 1500 },
+        "transient": { "duration": 4e-3, "step": 2e-5, "start": { "state": "steady" } }
+    });
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &[]).good();
+    let way = read::<f64>(&folder, "job.h5", "roughness_2/way");
+    let [first, second] = ["roughness/lower", "roughness_2/lower"].map(|of| read::<f64>(&folder, "job.h5", of));
+    let lowest = (0..way.len()).min_by(|&a, &b| second[a].total_cmp(&second[b])).expect("ways");
+    assert!((way[lowest] - 0.01).abs() < 6e-4 && (second[lowest] + 1e-5).abs() < 1e-6, "{} m", way[lowest]);
+    assert!(first.iter().all(|h| *h == 0.0));
+    let [first, second] = ["roughness/upper", "roughness_2/upper"].map(|of| read::<f64>(&folder, "job.h5", of));
+    assert!(first.iter().zip(&second).any(|(a, b)| (a - b).abs() > 1e-7));
+    folder.call(2, "run", &["--output", &folder.text("two.h5")]).good();
+    for of in ["transient/force", "transient_2/force"] {
+        let [one, two] = ["job.h5", "two.h5"].map(|file| read::<f64>(&folder, file, of));
+        let normal = |force: &[f64]| force.iter().skip(2).step_by(3).copied().collect::<Vec<f64>>();
+        let most = normal(&one).iter().map(|f| (f + 1000.0).abs()).fold(0.0, f64::max);
+        let apart = one.iter().zip(&two).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(most > 1.0 && apart < 1e-6 * most, "{of}: {most} N, {apart:e} N apart");
+    }
+    // Its own roughness leaves the second wheel on the same roller.
+    job["contact"]["roughness"]["further"] = json!([{ "upper": [] }]);
+    let model = folder.text("job.h5");
+    let smooth = Folder::with(job.to_string());
+    smooth.call(1, "run", &["--reuse", &model]).good();
+    let [roller, wheel] = ["roughness_2/lower", "roughness_2/upper"].map(|of| read::<f64>(&smooth, "job.h5", of));
+    assert_eq!(roller, read::<f64>(&folder, "job.h5", "roughness_2/lower"));
+    assert!(wheel.iter().all(|h| *h == 0.0));
+    let way: Vec<String> = (0..200).map(|k| format!("{} {}", 1e-3 * f64::from(k), (f64::from(k)).sin())).collect();
+    let file = smooth.path("roller.txt");
+    std::fs::write(&file, way.join("\n")).expect("a file of roughness");
+    for (lower, further, part) in [
+        (
+            &joint,
+            json!([{ "lower": upper }]),
+            "contact.roughness.further.0.lower: the same surface passes all contacts",
+        ),
+        (&joint, json!([{}, {}]), "contact.roughness.further: found the roughness of 2 further contacts"),
+        (&json!([{ "file": { "path": file } }]), json!([]), "that do not repeat themselves"),
+    ] {
+        job["contact"]["roughness"]["further"] = further;
+        job["contact"]["roughness"]["lower"] = lower.clone();
+        let code = if lower == &joint { 2 } else { 3 };
+        Folder::with(job.to_string()).call(1, "check", &[]).failed(code, &[part]);
     }
 }
 

@@ -75,7 +75,7 @@ fn force(state: &State) -> f64 {
 
 fn rough(part: RoughnessShape, at: f64, speed: f64) -> RoughSurfaces {
     let part = RoughnessFeature::Shape { shape: part, at, period: None };
-    RoughSurfaces { speed, onset: 0.1, parts: [vec![part], vec![]] }
+    RoughSurfaces { speed, onset: 0.1, parts: [vec![part], vec![]], ahead: [0.0; 2] }
 }
 
 /// F = r / (α1 + α2 + α_c) with the receptances of the bodies and the compliance of the contact, which comes from two
@@ -94,8 +94,10 @@ fn small_waves_make_the_force_that_receptances_and_contact_stiffness_predict() {
     for frequency in [300.0, 600.0, 1000.0] {
         let (omega, speed) = (2.0 * PI * frequency, frequency * wavelength);
         let surface = rough(RoughnessShape::Wave { length: wavelength, height: amplitude }, 0.0, speed);
-        let mut stepper =
-            Stepper::new(pair.model(), pair.settings(APPROACH, speed), start.clone()).unwrap().rough(surface).unwrap();
+        let mut stepper = Stepper::new(pair.model(), pair.settings(APPROACH, speed), start.clone())
+            .unwrap()
+            .rough(vec![surface])
+            .unwrap();
         // Eight periods of the scheme's steps after all has come in.
         let count = (8.0 / frequency / STEP).round() as usize;
         (0..4000).for_each(|_| stepper.advance().unwrap());
@@ -124,7 +126,7 @@ fn a_flat_opens_the_contact_and_strikes() {
     let load = force(&start);
     let surface = || rough(RoughnessShape::RoundedFlat { length: 0.04, depth: 6e-4 }, 0.2, speed);
     let stepper = |state: State| Stepper::new(pair.model(), pair.settings(APPROACH, speed), state).unwrap();
-    let mut run = stepper(start).rough(surface()).unwrap();
+    let mut run = stepper(start).rough(vec![surface()]).unwrap();
     let mut again = None;
     let (mut open, mut highest) = (0, 0.0f64);
     for step in 1..=5000 {
@@ -136,7 +138,7 @@ fn a_flat_opens_the_contact_and_strikes() {
         if step == 2500 {
             // In the middle of the flat.
             run.reset().unwrap();
-            again = Some(stepper(run.state().clone()).rough(surface()).unwrap());
+            again = Some(stepper(run.state().clone()).rough(vec![surface()]).unwrap());
         }
         open += usize::from(run.report().closed() == 0);
         highest = highest.max(-run.report().force()[2]);

@@ -46,9 +46,9 @@ def of_contact(result: Result, key: str) -> tuple[Floats, Floats] | None:
     return (rows[:, 1], rows[:, 2]) if len(rows) else None
 
 
-def limit(result: Result, force: Floats) -> tuple[Floats, bool]:
-    """Normal force times the coefficient of friction at rest, and whether there is friction."""
-    law = friction_law(result) or 0
+def limit(result: Result, force: Floats, number: int = 1) -> tuple[Floats, bool]:
+    """Normal force of a contact times its coefficient of friction at rest, and whether there is friction."""
+    law = friction_law(result, number) or 0
     if isinstance(law, dict):
         (law,) = law.values()
         law = law["static"] if "static" in law else law["points"][0][1]
@@ -81,7 +81,9 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
         other = result.array(f"{group}/force")[order]
         color = LATERAL if main else LONGITUDINAL
         text = f"F$_{'xy'[main]}$ of contact {number}"
-        axes[0].plot(x, other[:, main] / limit(result, other)[0], color=color, linestyle=(0, (4, 2)), label=text)
+        axes[0].plot(
+            x, other[:, main] / limit(result, other, number)[0], color=color, linestyle=(0, (4, 2)), label=text
+        )
         axes[1].plot(x, result.array(f"{group}/stick_share")[order], color=STICK, linestyle=(0, (4, 2)))
     for key_of_law, style, text in LAWS:
         if f"creep_curve/{key_of_law}" in result:

@@ -20,7 +20,6 @@ use crate::case::bodies::BuiltBodies;
 use crate::case::roughness;
 use crate::case::stability_problem::StabilityResult;
 use crate::case::transient_problem::{drive, moved, TransientProblem};
-use crate::grid::Interface;
 use crate::job::{self, Job, TransientModel};
 use crate::model::ReducedModel;
 use crate::output::datasets::checkpoint::{self, Checkpoint};
@@ -29,7 +28,6 @@ use crate::output::datasets::record::{grid, group};
 use crate::output::verdict::of_motion;
 use crate::output::{Segments, Table};
 use crate::progress::Progress;
-use crate::roughness::RoughSurfaces;
 use crate::stability::grows;
 use crate::stability::reduced::Eigenpair;
 use crate::stop::Stop;
@@ -174,8 +172,9 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
         run.file.tables(points.tables());
         run.file.tables(inputs.model.root().map(|m| grid(&m.interface, pair))?);
         let interface = &inputs.model.root()?.interface;
-        if let Some(surface) = rough(inputs.job, interface)? {
-            run.file.tables(roughness::tables(&surface, &interface.patches[0].y, wanted.duration));
+        let rough = roughness::surfaces(inputs.job, interface)?.unwrap_or_default();
+        for (number, (surface, patch)) in rough.iter().zip(&interface.patches).enumerate() {
+            run.file.tables(roughness::tables(number, surface, &patch.y, wanted.duration));
         }
         let segments = inputs.segments()?;
         for number in 0..interface.patches.len() {
@@ -236,8 +235,8 @@ fn advance(
     let interface = ready.interface();
     let model = ready.model(&root.pair);
     Scheme { step: wanted.step, theta: wanted.theta }.check(model.omega)?;
-    let surface = rough(inputs.job, interface)?;
-    let identity = roughness::identity(checkpoint::identity(&model), surface.as_ref());
+    let surfaces = roughness::surfaces(inputs.job, interface)?;
+    let identity = roughness::identity(checkpoint::identity(&model), surfaces.as_deref());
     let resumed = if inputs.options.resume { Some(Checkpoint::last(segments)?) } else { None };
     let (rest, settings) = ready.initial_state(&model, &rolling)?;
     let begin = |state: State| -> Result<Stepper<'_>> {
@@ -246,8 +245,8 @@ fn advance(
             Some(rho) => stepper.consistent(rho)?,
             None => stepper,
         };
-        Ok(match surface {
-            Some(surface) => stepper.rough(surface)?,
+        Ok(match surfaces {
+            Some(surfaces) => stepper.rough(surfaces)?,
             None => stepper,
         })
     };
@@ -272,14 +271,6 @@ fn advance(
     }
     let course = TimeLoop { inputs, points, sound, identity, more: &|| Ok(Vec::new()), elsewhere };
     course.go(stepper, begun.as_deref(), keep, progress)
-}
-
-/// Rough surfaces of the one contact of `job`, where it has them; those of several contacts are smooth.
-fn rough(job: &Job, interface: &Interface) -> Result<Option<RoughSurfaces>> {
-    match interface.only() {
-        Some(patch) => roughness::surface(job, [&patch.x, &patch.y]),
-        None => Ok(None),
-    }
 }
 
 /// The start with its perturbations, and whether there are any.

@@ -23,5 +23,5 @@ pub(crate) fn empty_zones(job: &job::Job, placed: &[PlacedContact]) -> Vec<Strin
     let zones = job.contact.as_ref().map_or(0, |contact| contact.friction_zones.len());
     let holds = |zone: usize, one: &PlacedContact| one.zone.is_some_and(|own| usize::try_from(own) == Ok(zone));
     let empty = (0..zones).filter(|&zone| !placed.iter().any(|one| holds(zone, one)));
-    empty.map(|zone| format!("contact.friction_zones.{zone} holds no contact of this job")).collect()
+    empty.map(|zone| format!("contact.friction_zones.{zone} holds none of the contacts examined")).collect()
 }

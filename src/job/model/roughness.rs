@@ -15,10 +15,25 @@ pub struct Roughness {
     /// Parts of the roughness of the upper body.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub upper: Vec<RoughnessPart>,
+    /// Parts at further contacts, in their order. Default: those of the first one, with lines of their own.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub further: Vec<FurtherRoughness>,
     /// Way over which all heights grow from nothing, m, so that the run begins with smooth bodies.
     #[serde(default = "default_onset")]
     #[schemars(range(min = 0.0), extend("unit" = "m"))]
     pub onset: f64,
+}
+
+/// Roughness at a further contact.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FurtherRoughness {
+    /// Parts of the roughness of the lower body there.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub lower: Vec<RoughnessPart>,
+    /// Parts of the roughness of the upper body there.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub upper: Vec<RoughnessPart>,
 }
 
 fn default_onset() -> f64 {
@@ -26,23 +41,55 @@ fn default_onset() -> f64 {
 }
 
 impl Roughness {
-    /// The bodies' parts with their names, the lower one's first.
-    pub fn bodies(&self) -> [(&'static str, &Vec<RoughnessPart>); 2] {
-        [("lower", &self.lower), ("upper", &self.upper)]
+    /// The bodies' parts at the contact `number` that are given, the lower one's first.
+    pub fn bodies(&self, number: usize) -> [RoughBody<'_>; 2] {
+        let further = number.checked_sub(1).and_then(|k| Some((k, self.further.get(k)?)));
+        let (path, lower, upper) = match further {
+            Some((k, own)) => (format!("contact.roughness.further.{k}"), &own.lower, &own.upper),
+            None => ("contact.roughness".to_owned(), &self.lower, &self.upper),
+        };
+        let of = |name: &'static str, parts| RoughBody { name, path: format!("{path}.{name}"), parts };
+        [of("lower", lower), of("upper", upper)]
+    }
+
+    /// All parts that are given, body by body.
+    pub fn all(&self) -> impl Iterator<Item = RoughBody<'_>> {
+        (0..=self.further.len()).flat_map(|number| self.bodies(number))
     }
 
     /// Key and path of each file of a measured part.
     pub fn files(&self) -> Vec<(String, &PathBuf)> {
         let mut all = Vec::new();
-        for (name, parts) in self.bodies() {
+        for RoughBody { path, parts, .. } in self.all() {
             for (i, part) in parts.iter().enumerate() {
                 if let RoughnessPart::File(file) = part {
-                    all.push((format!("contact.roughness.{name}.{i}.file"), &file.path));
+                    all.push((format!("{path}.{i}.file"), &file.path));
                 }
             }
         }
         all
     }
+
+    /// The same of the paths, to be changed.
+    pub(crate) fn paths_mut(&mut self) -> impl Iterator<Item = &mut PathBuf> {
+        let further = self.further.iter_mut().flat_map(|own| own.lower.iter_mut().chain(&mut own.upper));
+        let parts = self.lower.iter_mut().chain(&mut self.upper).chain(further);
+        parts.filter_map(|part| match part {
+            RoughnessPart::File(file) => Some(&mut file.path),
+            _ => None,
+        })
+    }
+}
+
+/// Roughness of a body at a contact.
+#[derive(Debug, Clone)]
+pub struct RoughBody<'r> {
+    /// Name of the body: lower or upper.
+    pub name: &'static str,
+    /// Key of its parts.
+    pub path: String,
+    /// The parts.
+    pub parts: &'r [RoughnessPart],
 }
 
 /// A part of the roughness of a body. Heights are positive where the surface stands out; ways grow in the direction

@@ -256,9 +256,6 @@ fn check_analyses(job: &Job, contact: &Contact, several: &SeveralContacts, fault
              mesh.extruded), or half-spaces without meshes"
         ));
     }
-    if contact.roughness.is_some() {
-        faults.push(format!("contact.roughness: has a meaning for one contact; expected {without}, or no roughness"));
-    }
     let analyses = &job.analyses;
     if analyses.transient.as_ref().is_some_and(|t| t.model == TransientModel::Full) {
         faults.push(format!(

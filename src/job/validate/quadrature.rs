@@ -11,7 +11,8 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
     if contact.points.is_some() || job.by_matrices() {
         return faults.push(format!("{key}, but contact points stand alone; expected \"nodal\", or leave it out"));
     }
-    let laws = contact.friction_zones.iter().map(|zone| &zone.friction);
+    let own = contact.around.iter().filter_map(|one| one.friction.as_ref());
+    let laws = contact.friction_zones.iter().map(|zone| &zone.friction).chain(own);
     if !laws.chain([&contact.friction]).all(FrictionLaw::is_constant) {
         faults.push(format!(
             "{key} with friction that changes with the velocity; expected \"nodal\", or a number as contact.friction"

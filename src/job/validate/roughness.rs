@@ -9,9 +9,29 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
         faults.push("contact.roughness: contact points stand still, so that nothing rolls; leave it out".into());
         return;
     }
-    for (name, parts) in rough.bodies() {
+    let around = job.contact.as_ref().map_or(0, |c| c.around.len());
+    let several = job
+        .contact
+        .as_ref()
+        .is_some_and(|c| around > 0 || c.places == ContactPlaces::All || c.wheels == ContactWheels::Both);
+    let given = rough.further.len();
+    if given > 0 && (!several || (around > 0 && given != around)) {
+        faults.push(format!(
+            "contact.roughness.further: found the roughness of {given} further contacts, expected that of {around}, or \
+             none"
+        ));
+    }
+    for (k, own) in rough.further.iter().enumerate() {
+        if around > 0 && !own.lower.is_empty() {
+            faults.push(format!(
+                "contact.roughness.further.{k}.lower: the same surface passes all contacts around a body; expected its \
+                 roughness as contact.roughness.lower alone"
+            ));
+        }
+    }
+    for RoughBody { name, path, parts } in rough.all() {
         for (i, part) in parts.iter().enumerate() {
-            let path = format!("contact.roughness.{name}.{i}");
+            let path = format!("{path}.{i}");
             let turns = job.circumference(name).is_some();
             match part {
                 RoughnessPart::File(f) if f.path.as_os_str().is_empty() => {

@@ -165,23 +165,23 @@ pub fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         );
         return;
     };
-    let radius = |contact: &Contact| {
-        let upper = job.upper_at(contact).map(|(name, body)| (format!("bodies.{name}"), body));
-        let lower = job.bodies.lower.as_ref().map(|body| ("bodies.lower".to_owned(), body));
-        let running = |(name, body): (String, &Body)| body.running().map(|running| (name, running));
-        [lower.and_then(running), upper.and_then(running)].into_iter().flatten().collect::<Vec<_>>()
-    };
+    let lower = job.bodies.lower.as_ref().map(|body| ("lower".to_owned(), body));
+    let running = |(name, body): (String, &Body)| body.running().map(|running| (format!("bodies.{name}"), running));
+    let lower = lower.and_then(running);
+    let upper = |contact: &Contact| job.upper_at(contact).and_then(running);
     check_spacing("contact.patch", patch, faults);
-    check_room("contact.patch", patch, &radius(contact), faults);
+    lower.iter().chain(&upper(contact)).for_each(|body| check_room("contact.patch", patch, body, faults));
     for (i, (own, one)) in contact.around.iter().zip(&contact.further).enumerate() {
         let path = format!("contact.around.{i}.patch");
         match own.patch {
             Some(patch) => {
                 check_spacing(&path, patch, faults);
-                check_room(&path, patch, &radius(one), faults);
+                lower.iter().chain(&upper(one)).for_each(|body| check_room(&path, patch, body, faults));
             }
             // The lower body is that of the first contact.
-            None if own.body.is_some() => check_room("contact.patch", patch, &radius(one)[1..], faults),
+            None if own.body.is_some() => {
+                upper(one).iter().for_each(|body| check_room("contact.patch", patch, body, faults));
+            }
             None => {}
         }
     }
@@ -210,22 +210,20 @@ fn check_spacing(path: &str, patch: Patch, faults: &mut Vec<String>) {
     }
 }
 
-/// Adds the faults of the `patch` given by the key `path` where the `bodies` with these names have no room for it.
-fn check_room(path: &str, patch: Patch, bodies: &[(String, Running)], faults: &mut Vec<String>) {
-    for (name, running) in bodies {
-        if patch.half_length >= 0.5 * running.radius {
-            faults.push(format!(
-                "{path}.half_length: found {} m, expected less than half the rolling radius of {name} ({} m)",
-                patch.half_length,
-                0.5 * running.radius
-            ));
-        }
-        if patch.half_width > running.room {
-            faults.push(format!(
-                "{path}.half_width: found {} m, expected at most {:.6} m, the distance from the contact point of \
-                 {name} to the nearer edge of its running surface",
-                patch.half_width, running.room
-            ));
-        }
+/// Adds the faults of the `patch` given by the key `path` where a body with its name has no room for it.
+fn check_room(path: &str, patch: Patch, (name, running): &(String, Running), faults: &mut Vec<String>) {
+    if patch.half_length >= 0.5 * running.radius {
+        faults.push(format!(
+            "{path}.half_length: found {} m, expected less than half the rolling radius of {name} ({} m)",
+            patch.half_length,
+            0.5 * running.radius
+        ));
+    }
+    if patch.half_width > running.room {
+        faults.push(format!(
+            "{path}.half_width: found {} m, expected at most {:.6} m, the distance from the contact point of \
+             {name} to the nearer edge of its running surface",
+            patch.half_width, running.room
+        ));
     }
 }

@@ -49,6 +49,9 @@ impl<'a> Stepper<'a> {
         let impact = model.impact()?;
         settings.scheme.check(&[])?;
         let n = model.interface.len();
+        if !settings.friction.fits(model.interface.patches.len()) {
+            return Err(Error::Defect("transient: the laws of friction are not those of the patches".into()));
+        }
         if state.q.len() != model.omega.len() || state.v.len() != model.omega.len() || state.reaction.len() != 3 * n {
             return Err(Error::Defect("transient: the state does not belong to the model".into()));
         }

@@ -180,14 +180,14 @@ pub(super) fn run(
             turning: None,
             load: &[],
         };
-        let patch = interface.single("analyses.transient")?;
-        let surface = roughness::surface(inputs.job, [&patch.x, &patch.y])?;
-        let identity = roughness::identity(identity, surface.as_ref());
+        interface.single("analyses.transient")?;
+        let surfaces = roughness::surfaces(inputs.job, &interface)?;
+        let identity = roughness::identity(identity, surfaces.as_deref());
         let mut state = begun.state.unwrap_or(rest);
         (state.q, state.v) = (q, v);
         let stepper = Stepper::over(model, settings, state, Box::new(DrivenByRoot(Rc::clone(&leader))))?;
-        let stepper = match surface {
-            Some(surface) => stepper.rough(surface)?,
+        let stepper = match surfaces {
+            Some(surfaces) => stepper.rough(surfaces)?,
             None => stepper,
         };
         let more = || Ok(start::tables(&leader.borrow()));
