@@ -73,14 +73,14 @@ fn wheels_of_a_curve_go_on_into_stability() {
     );
 }
 
-/// Wheels of the vehicle as points of a sweep, on two ranks; the own point is that of a run.
+/// Wheels of the vehicle as points of a sweep; the own point is that of a run.
 #[test]
 fn wheels_are_swept_by_name() {
     let mut job = in_curve();
     job["analyses"]["modes"]["max_frequency"] = json!(500);
     job["analyses"]["sweep"] = json!({ "keys": { "contact.from.wheel": ["leading inner", "leading outer"] } });
     let folder = Folder::with(job.to_string());
-    let ran = folder.call(2, "run", &[]);
+    let ran = folder.call(1, "run", &[]);
     assert!(ran.good().out.contains("sweep of contact.from.wheel: 2 points"), "{}", ran.out);
     let growth = numbers(&folder, "sweep/growth_rate");
     let own = numbers(&folder, "stability/growth_rate");

@@ -145,7 +145,7 @@ fn a_wheel_on_a_stiff_rail_is_stable() {
         job["contact"]["placement"][key] = json!(-value);
     }
     let folder = Folder::with(job.to_string());
-    folder.call(2, "run", &[]).good();
+    folder.call(1, "run", &[]).good();
     let left = ["growth_rate", "frequency"].map(|name| numbers(&folder, &format!("stability/{name}")));
     for (right, left) in right.iter().zip(&left) {
         let apart = right.iter().zip(left).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
@@ -200,7 +200,7 @@ fn sweeps_move_the_wheel() {
     job["analyses"]["sweep"] =
         json!({ "keys": { "contact.placement.lateral": [-0.004, -0.006], "contact.friction": [0.35] } });
     let folder = Folder::with(job.to_string());
-    folder.call(2, "run", &[]).good();
+    folder.call(1, "run", &[]).good();
     let own = numbers(&folder, "stability/force");
     let swept = numbers(&folder, "sweep/force");
     let apart = |point: usize| (0..3).map(|c| (swept[3 * point + c] - own[c]).abs()).fold(0.0, f64::max);
@@ -218,7 +218,7 @@ fn a_place_among_others_is_that_by_itself() {
         "sweep": { "keys": { "contact.placement.lateral": [-0.003, -0.005], "contact.friction": [0.3, 0.4] } },
     });
     let folder = Folder::with(job.to_string());
-    folder.call(2, "run", &[]).good();
+    folder.call(1, "run", &[]).good();
     let [growth, frequency] = ["sweep/growth_rate", "sweep/frequency"].map(|name| numbers(&folder, name));
     job["contact"]["placement"]["lateral"] = json!(-0.005);
     job["contact"]["friction"] = json!(0.4);

@@ -182,7 +182,7 @@ fn receptances_begin_at_the_static_compliance() {
     let mut job = sliding([0.03, 0.02]);
     job["analyses"] = json!({ "modes": { "count": 10 }, "receptance": { "frequency": [0, 200.0, 500.0] } });
     let folder = Folder::with(job.to_string());
-    folder.call(2, "run", &[]).good();
+    folder.call(1, "run", &[]).good();
     let share = numbers(&folder.path("job.h5"), "receptance/share");
     assert!((share.iter().sum::<f64>() - 1.0).abs() < 1e-12 && share.iter().all(|s| *s >= 0.0), "{share:?}");
     let file = hdf5::File::open(folder.path("job.h5")).expect("result file");

@@ -89,7 +89,7 @@ fn a_sweep_goes_from_stick_to_full_sliding_without_a_gap() {
     job["analyses"]["modes"]["count"] = json!(8);
     job["analyses"]["stability"] = json!({});
     let folder = Folder::with(job.to_string());
-    let ran = folder.call(2, "run", &[]);
+    let ran = folder.call(1, "run", &[]);
     assert!(
         ran.good().out.contains("29 points on 1 finite-element model") && ran.out.contains("0 failed"),
         "{}",
