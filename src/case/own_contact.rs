@@ -57,7 +57,7 @@ fn forces(job: &Job, curving: &CurvingVehicle, wheel: BogieWheel, place: &Contac
     let own = |h: &HalfSpace| h.compliance(&interface.patches[0].x, &interface.patches[0].y);
     let (lower, upper) = (own(&lower)?, own(&upper)?);
     let compliance = combined_compliance(lower.as_ref(), upper.as_ref())?;
-    let [longitudinal, lateral, spin, speed, _] = placed.motion();
+    let [longitudinal, lateral, spin, speed, ..] = placed.motion();
     let curvature = curving.problem.curve.curvature;
     let right = wheel.inner == (curvature > 0.0);
     let law = curving.problem.friction.law(PlaceOnRail { right, curvature, angle: place.place.angle });

@@ -143,7 +143,7 @@ mod tests {
         let friction = FrictionLaw::from(Exponential::new(0.4, 0.2, 0.3)).remembering(1e-6);
         contact.friction_zones = vec![FrictionZone { rail: None, from_angle: Some(0.5), friction }];
         let steep = if contact.side() == job::TrackSide::Right { -1.2 } else { 1.2 };
-        contact.further = vec![job::Contact { angle: steep, ..contact.clone() }];
+        contact.further = vec![job::Contact { touch_angle: steep, ..contact.clone() }];
         let refused = refuse_short(&contact, |f| Ok(4e-6 / f.memory().unwrap().length)).unwrap_err().to_string();
         assert!(
             refused.starts_with("contact.friction_zones.0.friction.exponential.memory_length: found 0.000001 m")

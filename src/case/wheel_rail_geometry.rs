@@ -125,7 +125,7 @@ impl PlacedContact {
                     gap = placed.gap(&frame, &x, &y).map_err(named)?;
                 }
                 let track = (given.curvature, given.yaw);
-                let here = job::Contact { angle: frame.angle(), ..contact.clone() };
+                let here = job::Contact { touch_angle: placed.touch().angle, ..contact.clone() };
                 notes.extend(friction_zones::friction_text(&here));
                 let zone = friction_zones::zone_number(&here);
                 return Ok(Self { side: given.side, placed, frame, ellipse, creepages, gap, notes, zone, track });
@@ -155,11 +155,11 @@ impl PlacedContact {
         self.gap.gap.len()
     }
 
-    /// Longitudinal and lateral creepage, 1, spin, 1/m, rolling speed, m/s, and contact angle δ, rad, positive where
-    /// the rail falls to the right.
-    pub fn motion(&self) -> [f64; 5] {
+    /// Longitudinal and lateral creepage, 1, spin, 1/m, rolling speed, m/s, and contact angle δ of the frame and at
+    /// first touch, rad, positive where the rail falls to the right.
+    pub fn motion(&self) -> [f64; 6] {
         let c = &self.creepages;
-        [c.longitudinal, c.lateral, c.spin, c.speed, self.frame.angle()]
+        [c.longitudinal, c.lateral, c.spin, c.speed, self.frame.angle(), self.placed.touch().angle]
     }
 
     /// The grid with the gap.
@@ -218,13 +218,17 @@ impl PlacedContact {
     }
 
     /// The `contact` of a job with the creepages of this wheel.
-    fn filled(contact: &job::Contact, [longitudinal, lateral, spin, speed, angle]: [f64; 5]) -> job::Contact {
+    fn filled(
+        contact: &job::Contact,
+        [longitudinal, lateral, spin, speed, angle, touch_angle]: [f64; 6],
+    ) -> job::Contact {
         let track =
             contact.placement.as_ref().map(|p| job::Placement { speed: p.speed.or(Some(contact.speed)), ..p.clone() });
         job::Contact {
             creepage: job::Creepage { longitudinal, lateral, spin },
             speed,
             angle,
+            touch_angle,
             placement: track,
             ..contact.clone()
         }

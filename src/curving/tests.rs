@@ -419,7 +419,7 @@ fn lubricated_gauge_face_has_its_own_friction() {
     let text = rough(0.7).solve().unwrap_err().to_string();
     assert!(text.contains("climbs its rail") && text.contains("a friction of 0.70"), "{text}");
     assert!(lubricated.residual < 1e-7);
-    // Less friction at the flange is less torque against the curve: the leading axle runs at another angle.
+    // With less friction at the flange the leading axle runs at another angle.
     let yaw = |s: &CurvingSolution| s.axles[0].motion.yaw;
     assert!((yaw(&lubricated) - yaw(&alone)).abs() > 1e-5, "{} and {}", yaw(&lubricated), yaw(&alone));
 }

@@ -11,8 +11,8 @@ pub struct FrictionZone {
     /// The rail that the zone is on. Default: both.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rail: Option<ZoneRail>,
-    /// Contact angle from which on the zone begins, rad, positive where the surface faces the middle of the track: 0.5
-    /// is on the gauge face. Default: all of the rail.
+    /// Contact angle at first touch from which on the zone begins, rad, positive where the surface faces the middle of
+    /// the track: 0.9 is on the gauge face. Default: all of the rail.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "rad"))]
     pub from_angle: Option<f64>,
@@ -48,7 +48,7 @@ pub struct PlaceOnRail {
     pub right: bool,
     /// Curvature of the track, 1/m, positive to the right; 0 where it is straight.
     pub curvature: f64,
-    /// Contact angle δ, rad, positive where the rail falls to the right.
+    /// Contact angle δ at first touch, rad, positive where the rail falls to the right.
     pub angle: f64,
 }
 

@@ -178,7 +178,7 @@ impl Job {
                 ..c.clone()
             });
             contact.further = further.collect();
-            contact.angle = own.angle;
+            (contact.angle, contact.touch_angle) = (own.angle, own.touch_angle);
             contact.make_around();
             *own = contact;
         } else {
@@ -400,7 +400,7 @@ mod tests {
         let mut job = wheel_on_rail(&[zones]);
         let contact = job.contact.as_mut().unwrap();
         let steep = if contact.side() == TrackSide::Right { -1.2 } else { 1.2 };
-        contact.further = vec![Contact { angle: steep, ..contact.clone() }];
+        contact.further = vec![Contact { touch_angle: steep, ..contact.clone() }];
         let laws = |job: &Job| -> Vec<f64> {
             job.contact.iter().flat_map(Contact::all).map(|one| one.law().coefficient(0.0)).collect()
         };

@@ -54,6 +54,11 @@ fn contacts_are_told_their_zone_of_friction() {
     ] {
         assert!(ran.good().out.contains(part), "{part}: {}", ran.out);
     }
+    // The flange root has 0.483 rad at first touch, as the vehicle sees it, and 0.528 rad in its frame.
+    job["contact"]["friction_zones"] = json!([{ "rail": "outer", "from_angle": 0.5, "friction": 0.15 }]);
+    let ran = Folder::with(job.to_string()).call(1, "check", &[]);
+    let out = &ran.good().out;
+    assert!(out.matches("outside all zones").count() == 1 && out.matches("of contact.friction_zones.0").count() == 1);
     for (zones, wanted) in [
         (json!([{ "friction": 0.1 }]), "contact.friction_zones.0: gives neither rail nor from_angle"),
         (json!([{ "from_angle": 28, "friction": 0.1 }]), "contact.friction_zones.0.from_angle: found 28"),

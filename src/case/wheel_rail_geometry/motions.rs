@@ -17,7 +17,7 @@ pub(crate) fn filled(world: &World, job: &Job) -> Result<Option<Job>> {
     with_motions(&settled, &world.broadcast(found.unwrap_or_default()))
 }
 
-/// Creepages, speed and angle of each contact of `job`, five numbers each ([`PlacedContact::motion`]). For one rank.
+/// Creepages, speed and angles of each contact of `job`, six numbers each ([`PlacedContact::motion`]). For one rank.
 pub(in crate::case) fn motions(job: &Job) -> Result<Vec<f64>> {
     Ok(PlacedContact::all(job)?.iter().flat_map(PlacedContact::motion).collect())
 }
@@ -25,8 +25,8 @@ pub(in crate::case) fn motions(job: &Job) -> Result<Vec<f64>> {
 /// The job with these [`motions`]; none of a job without a placement.
 pub(in crate::case) fn with_motions(job: &Job, found: &[f64]) -> Result<Option<Job>> {
     let (Some(contact), Some(_)) = (&job.contact, job.placement()) else { return Ok(None) };
-    let mut all = contact.all().zip(found.chunks_exact(5)).map(|(one, motion)| {
-        let motion = [0, 1, 2, 3, 4].map(|i| motion[i]);
+    let mut all = contact.all().zip(found.chunks_exact(6)).map(|(one, motion)| {
+        let motion = [0, 1, 2, 3, 4, 5].map(|i| motion[i]);
         PlacedContact::filled(&job::Contact { further: Vec::new(), ..one.clone() }, motion)
     });
     let first = all.next().ok_or_else(|| Error::Defect("a placement without a contact".into()))?;

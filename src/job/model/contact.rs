@@ -86,6 +86,9 @@ pub struct Contact {
     /// Contact angle δ of a wheel on its rail, rad, positive where the rail falls to the right, once it is known.
     #[serde(skip)]
     pub angle: f64,
+    /// The same at first touch, as a vehicle in its curve sees it; by it zones of friction hold a contact.
+    #[serde(skip)]
+    pub touch_angle: f64,
     /// Roughness of the running surfaces, in `analyses.transient`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub roughness: Option<super::Roughness>,
@@ -283,7 +286,7 @@ impl Contact {
     pub(crate) fn zone(&self) -> Option<usize> {
         let placement = self.placement.as_ref()?;
         let right = placement.side == super::TrackSide::Right;
-        let place = PlaceOnRail { right, curvature: placement.curvature, angle: self.angle };
+        let place = PlaceOnRail { right, curvature: placement.curvature, angle: self.touch_angle };
         self.friction_zones.iter().position(|zone| zone.holds(place))
     }
 
