@@ -359,6 +359,86 @@ fn a_vertical_load_is_borne_by_pressures_and_friction() {
     assert!((sum / load - 1.0).abs() < 1e-9, "{sum} N");
 }
 
+/// Two patches under a vertical and a lateral force of the wheel: in full sliding the normal forces follow from both by
+/// statics, N (cos δ − μτ sin δ) and N (sin δ + μτ cos δ), also where no pressures without friction bear these forces,
+/// such as no lateral force on two surfaces that fall to the same side. With nodes in stick the resultants are the
+/// forces, and with three patches too.
+#[test]
+fn a_vertical_and_a_lateral_force_determine_two_normal_forces() {
+    let s = patch(4.0, 0.0);
+    let rolling = |eta: &[f64]| {
+        let of = |&lateral: &f64| PatchKinematics {
+            speed: 10.0,
+            creepage: ContactCreepage { lateral, ..ContactCreepage::default() },
+        };
+        eta.iter().map(of).collect::<Vec<_>>()
+    };
+    let sums = |patches: &[railsqueal::contact::PatchResultant], angles: &[f64]| {
+        let all = || patches.iter().zip(angles);
+        let vertical: f64 = all().map(|(p, d)| -p.force[2] * d.cos() + p.force[1] * d.sin()).sum();
+        let lateral: f64 = all().map(|(p, d)| -p.force[2] * d.sin() - p.force[1] * d.cos()).sum();
+        [vertical, lateral]
+    };
+    let w = far_apart(&s, 2);
+    let both = Interface::joined(vec![s.clone(), s.clone()]).unwrap();
+    for (angles, eta, vertical, lateral) in [
+        ([-0.02, -0.6], [0.05, 0.05], 40e3, 0.0),
+        ([-0.02, -1.2], [0.05, 0.05], 40e3, -10e3),
+        ([0.03, 0.9], [-0.05, -0.05], 40e3, 3e3),
+        ([0.03, 0.9], [0.05, -0.05], 40e3, 20e3),
+    ] {
+        let part = |d: f64, eta: f64| {
+            let friction = MU * eta.signum();
+            [d.cos() - friction * d.sin(), d.sin() + friction * d.cos()]
+        };
+        let [[q1, y1], [q2, y2]] = [0, 1].map(|c| part(angles[c], eta[c]));
+        let determinant = q1 * y2 - q2 * y1;
+        let want = [(vertical * y2 - lateral * q2) / determinant, (lateral * q1 - vertical * y1) / determinant];
+        assert!(want.iter().all(|n| *n > 1e3), "{want:?} N of {angles:?}");
+        let loads = || Loads::vertical_and_lateral(&angles, [vertical, lateral], vec![20e3, 5e3]);
+        let sliding = SlidingProblem {
+            interface: &both,
+            compliance: w.as_ref(),
+            friction: FrictionLaw::Constant(MU).into(),
+            kinematics: rolling(&eta),
+            loads: loads(),
+            stencil: Stencil::default(),
+            direction: SlidingDirection::Rigid,
+        };
+        let rigid = sliding.solve().unwrap();
+        let rolling = problem(&both, &w, rolling(&eta), loads()).solve().unwrap();
+        for (patches, motions, bound) in
+            [(&rigid.patches, &rigid.motions, 1e-8), (&rolling.patches, &rolling.motions, 1e-3)]
+        {
+            for ((p, want), d) in patches.iter().zip(want).zip(angles) {
+                assert!((-p.force[2] / want - 1.0).abs() < bound, "{angles:?}: {p:?}, wanted {want} N");
+                assert!((p.approach - (motions[0] * d.cos() - motions[1] * d.sin())).abs() < 1e-12);
+            }
+            let found = sums(patches, &angles);
+            assert!((found[0] - vertical).abs() < 1e-8 * vertical && (found[1] - lateral).abs() < 1e-8 * vertical);
+        }
+    }
+    // Nodes in stick, and a third patch: the forces of a state under given loads lead back to it.
+    for (angles, eta) in [(&[0.05, -0.764][..], &[2e-3, 8e-3][..]), (&[0.05, -0.3, -1.1][..], &[2e-3, 3e-3, 8e-3][..])]
+    {
+        let count = angles.len();
+        let (w, joined) = (far_apart(&s, count), Interface::joined(vec![s.clone(); count]).unwrap());
+        let shared = Loads::vertical(angles, NormalLoad::Force(40e3));
+        let first = problem(&joined, &w, rolling(eta), shared).solve().unwrap();
+        assert!(first.state.contains(&1));
+        let loads = Loads::vertical_and_lateral(angles, sums(&first.patches, angles), vec![10e3; count]);
+        let again = problem(&joined, &w, rolling(eta), loads).solve().unwrap();
+        for (p, q) in first.patches.iter().zip(&again.patches) {
+            assert!((p.force[2] / q.force[2] - 1.0).abs() < 1e-6, "{p:?} {q:?}");
+        }
+        assert!(again.motions[1].abs() < 1e-6 * again.motions[0].abs(), "{:?}", again.motions);
+    }
+    // A force that lies outside what friction and angles allow has no equilibrium.
+    let loads = Loads::vertical_and_lateral(&[-0.02, -0.6], [40e3, 30e3], vec![20e3, 5e3]);
+    let error = problem(&both, &w, rolling(&[0.05, 0.05]), loads).solve().unwrap_err();
+    assert!(matches!(error, Error::NotConverged(_)), "{error}");
+}
+
 /// Two motions of two patches, up and down and about the middle: the loads follow from the moment.
 #[test]
 fn two_motions_share_their_patches() {
@@ -377,7 +457,7 @@ fn two_motions_share_their_patches() {
             2
         ];
     for moment in [0.0, 6e3] {
-        let loads = Loads { motions: vec![motion([1.0, 1.0], load), motion([arm, -arm], moment)] };
+        let loads = Loads { motions: vec![motion([1.0, 1.0], load), motion([arm, -arm], moment)], begin: None };
         let found = problem(&both, &w, kinematics.clone(), loads).solve().unwrap();
         let want = [0.5 * (load + moment / arm), 0.5 * (load - moment / arm)];
         for (p, want) in found.patches.iter().zip(want) {
@@ -387,7 +467,7 @@ fn two_motions_share_their_patches() {
         assert!((found.patches[1].approach - (z - arm * roll)).abs() < 1e-15);
     }
     // A moment that would lift one of them off and more has no equilibrium.
-    let loads = Loads { motions: vec![motion([1.0, 1.0], load), motion([arm, -arm], 2.0 * load * arm)] };
+    let loads = Loads { motions: vec![motion([1.0, 1.0], load), motion([arm, -arm], 2.0 * load * arm)], begin: None };
     let error = problem(&both, &w, kinematics, loads).solve().unwrap_err();
     assert!(matches!(error, Error::NotConverged(_)), "{error}");
 }

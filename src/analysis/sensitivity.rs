@@ -109,7 +109,9 @@ impl Study<'_> {
             Parameter::NormalLoad => {
                 let total = total_force(&contact).unwrap_or(f64::INFINITY);
                 let factor = 1.0 + total_load(&contact).map_or(0.0, |load| by / load);
-                contact.vertical_load = contact.vertical_load.map(|load| load * factor);
+                for force in [&mut contact.vertical_load, &mut contact.lateral_force] {
+                    *force = force.map(|force| force * factor);
+                }
                 each(&mut contact, &|c| c.normal_load = c.normal_load.map(|load| load * factor));
                 let forces = contact.points.iter_mut().flatten().filter_map(|p| p.force.as_mut());
                 forces.for_each(|f| *f *= 1.0 + by / total);

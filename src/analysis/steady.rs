@@ -9,7 +9,7 @@ use crate::case::bodies::{BuiltBodies, Place};
 use crate::case::interface::{friction, steady_rolling};
 use crate::case::wheel_rail_geometry;
 use crate::contact::consistent::{ConsistentSolution, ConsistentSteady};
-use crate::contact::SteadySolution;
+use crate::contact::{PatchResultant, SteadySolution};
 use crate::grid::{ContactGrid, Interface, Transfer};
 use crate::job::{self, Compliance, Job, Quadrature};
 use crate::model::CoupledModel;
@@ -186,6 +186,17 @@ fn summarise(contact: &job::Contact, (s, r): (&Interface, &SteadySolution), summ
             summary.value(&format!("  over μN{at_rest}"), format!("{:.4}, {:.4}", fx / limit, fy / limit));
         }
         summary.value("contact nodes closed / in stick", format!("{closed} / {stick}"));
+    }
+    if contact.vertical_load.is_some() && r.patches.len() > 1 {
+        let sum = |force: &dyn Fn([f64; 3], [f64; 2]) -> f64| -> f64 {
+            let of = |(one, p): (&job::Contact, &PatchResultant)| force(p.force, [one.angle.sin(), one.angle.cos()]);
+            contact.all().zip(&r.patches).map(of).sum()
+        };
+        // The contact bears the normal force −F_z and gives the wheel the friction −F_y.
+        let vertical = sum(&|[_, y, z], [sin, cos]| y * sin - z * cos);
+        let lateral = sum(&|[_, y, z], [sin, cos]| -z * sin - y * cos);
+        summary.value("vertical load of the wheel", format!("{vertical:.6e} N"));
+        summary.value("lateral force on the wheel", format!("{lateral:.6e} N, positive to the right"));
     }
     summary.value("residual, iterations", format!("{:.1e}, {}", r.residual, r.iterations));
 }

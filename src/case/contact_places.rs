@@ -1,6 +1,7 @@
 //! The places where a wheel carries load on its rail under a vertical force, and those of both wheels of a wheelset, as
 //! contacts of a job.
 
+use super::lateral_shift;
 use super::wheel_rail_geometry::{description, material, profile};
 use crate::job::{self, ContactPlaces, ContactWheels, Job, TrackSide};
 use crate::parallel::World;
@@ -9,15 +10,21 @@ use crate::placement::{ContactPlace, Ellipse, HertzLoad, MovableWheel};
 use crate::{Error, Result};
 
 /// Load at which places are looked for, over the given one: a place that is just open has a grid as well.
-const HEAVIER: f64 = 1.3;
+pub(super) const HEAVIER: f64 = 1.3;
 /// Part of the load below which a place is left out.
 const SMALL: f64 = 1e-3;
 /// Largest approach that is tried, m.
 const DEEPEST: f64 = 1e-3;
 const HALVINGS: usize = 80;
 
-/// Position on the wheel's profile, m, and an estimate of the normal force, N.
-type Loaded = [f64; 2];
+/// A place that carries load.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct LoadedPlace {
+    /// Position on the wheel's profile, m.
+    pub wheel: f64,
+    /// Estimate of the normal force, N.
+    pub force: f64,
+}
 
 /// The same contact at the other wheel of its wheelset.
 fn at_other_wheel(contact: &job::Contact) -> job::Contact {
@@ -43,11 +50,22 @@ pub(crate) fn settle(world: &World, job: &mut Job) -> Result<()> {
     if contact.normal_load.is_some() {
         return Ok(());
     }
-    let found = world.on_root(|| Ok(spread(job, load)?.concat()))?;
+    let lateral = contact.lateral_force;
+    let found = world.on_root(|| {
+        let (shift, places) = match lateral {
+            Some(lateral) => lateral_shift::balance(job, [load, lateral]).map(|found| (Some(found.0), found.1))?,
+            None => (None, spread(job, load)?),
+        };
+        Ok(shift.into_iter().chain(places.into_iter().flat_map(|p| [p.wheel, p.force])).collect::<Vec<f64>>())
+    })?;
     let found = world.broadcast(found.unwrap_or_default());
+    let (shift, places) = found.split_at(usize::from(lateral.is_some()).min(found.len()));
     let Some(contact) = &mut job.contact else { return Ok(()) };
+    if let (Some(placement), Some(&shift)) = (&mut contact.placement, shift.first()) {
+        placement.lateral = shift;
+    }
     let base = contact.clone();
-    let mut all = found.chunks_exact(2).map(|place| {
+    let mut all = places.chunks_exact(2).map(|place| {
         let mut one = job::Contact { normal_load: Some(place[1]), ..base.clone() };
         one.placement.iter_mut().for_each(|p| p.touch_near = Some(place[0]));
         one
@@ -58,20 +76,61 @@ pub(crate) fn settle(world: &World, job: &mut Job) -> Result<()> {
     Ok(())
 }
 
-/// The loaded places of the wheel of `job`, by Hertz' contact at each: with the height d of the wheel below first
-/// touch, the approach of a place that is D above it is (d − D) cos δ, and Σ N cos δ = Q.
-fn spread(job: &Job, load: f64) -> Result<Vec<Loaded>> {
+/// The wheel of `job` over its rail, with Young's moduli, Pa, and Poisson's ratios of rail and wheel.
+pub(super) fn wheel_over_rail(job: &Job) -> Result<(MovableWheel, [(f64, f64); 2])> {
     let missing = || Error::Defect("a placement is asked for of a job without one".into());
     let given = job.placement().ok_or_else(missing)?;
     let (lower, upper) =
         (job.bodies.lower.as_ref().ok_or_else(missing)?, job.bodies.upper.as_ref().ok_or_else(missing)?);
     let wheel = profile(upper, ProfileKind::Wheel, &mut Vec::new())?;
     let rail = profile(lower, ProfileKind::Rail, &mut Vec::new())?;
-    let soft = [material(lower)?, material(upper)?].map(|(young, poisson)| (1.0 - poisson * poisson) / young);
+    let movable = MovableWheel::new(&description(given), &wheel, &rail).map_err(|e| e.context("contact.placement"))?;
+    Ok((movable, [material(lower)?, material(upper)?]))
+}
+
+/// Height of the wheel below first touch, m, at which the vertical force that it exerts is the `load`, N; `total` is
+/// that force at a height.
+pub(super) fn height_under(load: f64, total: impl Fn(f64) -> Result<f64>) -> Result<f64> {
+    let (mut low, mut high) = (0.0, DEEPEST);
+    if total(high)? < load {
+        return Err(Error::Job(format!(
+            "contact.vertical_load: found {load} N, under which the wheel would approach the rail by more than \
+             {DEEPEST} m; expected the vertical force on one wheel in N"
+        )));
+    }
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        match total(middle)? < load {
+            true => low = middle,
+            false => high = middle,
+        }
+    }
+    Ok(high)
+}
+
+/// The places that carry a load of a wheel, the heaviest first, from the normal forces of the `places` under the
+/// vertical `load` and under a heavier one, N.
+pub(super) fn loaded(places: &[ContactPlace], load: f64, [carried, heavier]: [&[f64]; 2]) -> Vec<LoadedPlace> {
+    let mut loaded: Vec<LoadedPlace> = places
+        .iter()
+        .zip(carried.iter().zip(heavier))
+        .filter(|(_, (_, heavier))| **heavier > SMALL * load)
+        .map(|(place, (carried, heavier))| LoadedPlace { wheel: place.wheel, force: carried.max(0.5 * heavier) })
+        .collect();
+    loaded.sort_by(|a, b| b.force.total_cmp(&a.force));
+    loaded
+}
+
+/// The loaded places of the wheel of `job`, by Hertz' contact at each: with the height d of the wheel below first
+/// touch, the approach of a place that is D above it is (d − D) cos δ, and Σ N cos δ = Q.
+fn spread(job: &Job, load: f64) -> Result<Vec<LoadedPlace>> {
+    let missing = || Error::Defect("a placement is asked for of a job without one".into());
+    let given = job.placement().ok_or_else(missing)?;
+    let (movable, materials) = wheel_over_rail(job)?;
+    let soft = materials.map(|(young, poisson)| (1.0 - poisson * poisson) / young);
     let modulus = 1.0 / (soft[0] + soft[1]);
-    let named = |e: Error| e.context("contact.placement");
-    let movable = MovableWheel::new(&description(given), &wheel, &rail).map_err(named)?;
-    let places = movable.places(given.lateral, given.yaw, given.roll).map_err(named)?;
+    let places =
+        movable.places(given.lateral, given.yaw, given.roll).map_err(|e: Error| e.context("contact.placement"))?;
     let first = places.iter().map(|p| p.distance).fold(f64::INFINITY, f64::min);
     let force = |place: &ContactPlace, height: f64| -> Result<f64> {
         let approach = place.angle.cos() * (height - (place.distance - first));
@@ -84,31 +143,10 @@ fn spread(job: &Job, load: f64) -> Result<Vec<Loaded>> {
     };
     let under = |wanted: f64| -> Result<Vec<f64>> {
         let total = |height: f64| -> Result<f64> { places.iter().map(|p| Ok(force(p, height)? * p.angle.cos())).sum() };
-        let (mut low, mut high) = (0.0, DEEPEST);
-        if total(high)? < wanted {
-            return Err(Error::Job(format!(
-                "contact.vertical_load: found {wanted} N, under which the wheel would approach the rail by more than \
-                 {DEEPEST} m; expected the vertical force on one wheel in N"
-            )));
-        }
-        for _ in 0..HALVINGS {
-            let middle = 0.5 * (low + high);
-            match total(middle)? < wanted {
-                true => low = middle,
-                false => high = middle,
-            }
-        }
-        places.iter().map(|p| force(p, high)).collect()
+        let height = height_under(wanted, total)?;
+        places.iter().map(|p| force(p, height)).collect()
     };
-    let (carried, heavier) = (under(load)?, under(HEAVIER * load)?);
-    let mut loaded: Vec<Loaded> = places
-        .iter()
-        .zip(carried.iter().zip(&heavier))
-        .filter(|(_, (_, heavier))| **heavier > SMALL * load)
-        .map(|(place, (carried, heavier))| [place.wheel, carried.max(0.5 * heavier)])
-        .collect();
-    loaded.sort_by(|a, b| b[1].total_cmp(&a[1]));
-    Ok(loaded)
+    Ok(loaded(&places, load, [&under(load)?, &under(HEAVIER * load)?]))
 }
 
 #[cfg(test)]
@@ -130,8 +168,8 @@ mod tests {
         };
         let both = at(4.95e-3);
         assert_eq!(both.len(), 2, "{both:?}");
-        let normal: f64 = both.iter().map(|place| place[1]).sum();
-        assert!(both[1][1] > 5e3 && (60e3..62e3).contains(&normal), "{both:?}");
+        let normal: f64 = both.iter().map(|place| place.force).sum();
+        assert!(both[1].force > 5e3 && (60e3..62e3).contains(&normal), "{both:?}");
         assert_eq!(at(-3e-3).len(), 1);
     }
 }

@@ -34,12 +34,16 @@ pub(crate) fn friction(contact: &job::Contact) -> PatchFriction {
     PatchFriction::new(contact.law().clone(), further.collect())
 }
 
-/// Loads of the contacts of a job: a vertical one that they share, or one each.
+/// Loads of the contacts of a job: a vertical one that they share, a lateral one beside it, or one each.
 pub(crate) fn loads(contact: &job::Contact) -> Loads {
     match contact.vertical_load {
         Some(load) => {
             let angles: Vec<f64> = contact.all().map(|one| one.angle).collect();
-            Loads::vertical(&angles, NormalLoad::Force(load))
+            let begin = || contact.all().map(|one| one.normal_load.unwrap_or(0.0)).collect();
+            match contact.lateral_force {
+                Some(lateral) => Loads::vertical_and_lateral(&angles, [load, lateral], begin()),
+                None => Loads::vertical(&angles, NormalLoad::Force(load)),
+            }
         }
         None => Loads::of_patches(&contact.all().map(normal_load).collect::<Vec<_>>()),
     }

@@ -8,6 +8,7 @@ pub mod curving;
 pub(crate) mod display_modes;
 pub mod endless_rail;
 pub(crate) mod interface;
+mod lateral_shift;
 pub(crate) mod limit_cycle_point;
 mod mesh_diagnostics;
 pub mod mesh_preview;

@@ -116,7 +116,7 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
             }
             all.push(at);
         }
-        touching.extend(super::wheel_rail_geometry::empty_zones(job, &all));
+        touching.extend(super::wheel_rail_geometry::common_lines(job, &all));
         report.lines.splice(0..0, touching);
         let carried = super::absorbers::of_job(job)?;
         report.lines.splice(0..0, super::swept::inertia(job)?.into_iter().chain(carried.lines));

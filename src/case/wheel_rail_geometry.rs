@@ -24,7 +24,6 @@ mod motions;
 
 pub(crate) use contact_sites::build;
 pub(super) use contact_sites::on_rail;
-pub(crate) use friction_zones::empty_zones;
 pub(crate) use motions::filled;
 pub(super) use motions::{motions, with_motions};
 
@@ -48,6 +47,8 @@ pub struct PlacedContact {
     notes: Vec<String>,
     /// Number of the zone of friction that holds it, in a job with zones: −1 outside all.
     zone: Option<i32>,
+    /// Shift to the right, m, where it follows from a lateral force.
+    shift: Option<f64>,
     /// Curvature of the track, 1/m, and yaw of the axle, rad.
     track: (f64, f64),
 }
@@ -128,7 +129,8 @@ impl PlacedContact {
                 let here = job::Contact { touch_angle: placed.touch().angle, ..contact.clone() };
                 notes.extend(friction_zones::friction_text(&here));
                 let zone = friction_zones::zone_number(&here);
-                return Ok(Self { side: given.side, placed, frame, ellipse, creepages, gap, notes, zone, track });
+                let (side, shift) = (given.side, contact.lateral_force.map(|_| given.lateral));
+                return Ok(Self { side, placed, frame, ellipse, creepages, gap, notes, zone, shift, track });
             }
             extent = [0, 1].map(|c| extent[c] * if beside[c] { GROWTH } else { 1.0 });
         }
@@ -333,10 +335,20 @@ impl PlacedContact {
                 creepages: [c.longitudinal, c.lateral, c.spin],
                 speed: c.speed,
                 friction_zone: self.zone,
+                lateral_shift: self.shift,
                 lines: [self.placed.rail_line(DRAWN), self.placed.wheel_line(DRAWN)],
             },
         )
     }
+}
+
+/// Lines on all contacts `placed` of a job: the shift that follows from a lateral force, and zones that hold none.
+pub(crate) fn common_lines(job: &Job, placed: &[PlacedContact]) -> Vec<String> {
+    let force = job.contact.as_ref().and_then(|c| c.lateral_force);
+    let shift = force.zip(placed.first().and_then(|one| one.shift));
+    let shift = shift
+        .map(|(force, shift)| format!("lateral force of {force} N on the wheel: a shift of {:.4} mm", 1e3 * shift));
+    shift.into_iter().chain(friction_zones::empty_zones(job, placed)).collect()
 }
 
 fn missing(what: &str) -> Error {

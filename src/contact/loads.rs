@@ -11,7 +11,14 @@
 //! body to the upper one, is (sin δ_c, cos δ_c) along (y to the right, up), its lateral tangent (cos δ_c, −sin δ_c).
 //! So n_c = cos δ_c. The upper body bears p n − t_y y of a node, the vertical part of which is p cos δ_c + t_y sin δ_c:
 //! the row is (0, sin δ_c, cos δ_c). With friction, t_y = −μ p τ_y, that is Q = Σ N (cos δ − μ τ_y sin δ).
+//!
+//! **A lateral motion beside it.** Where the upper body moves by y to the right as well, the gap of patch c falls by
+//! −y sin δ_c, and the upper body bears laterally p sin δ_c − t_y cos δ_c of a node, that is
+//! Y = Σ N (sin δ + μ τ_y cos δ). The row is that of the force on the lower body, (0, cos δ_c, −sin δ_c), whose
+//! resultant is −Y: so the problem without friction stays symmetric. In full sliding Q and Y determine the normal
+//! forces of two patches by themselves; of more patches the motions decide.
 
+use super::steady::PatchResultant;
 use crate::{Error, Result};
 use faer::Mat;
 
@@ -35,11 +42,22 @@ pub struct LoadedMotion {
     pub load: NormalLoad,
 }
 
+impl LoadedMotion {
+    /// Its resultant by the forces of the `patches`, N.
+    pub(super) fn borne(&self, patches: &[PatchResultant]) -> f64 {
+        let of = |(g, p): (&[f64; 3], &PatchResultant)| g[0] * p.force[0] + g[1] * p.force[1] - g[2] * p.force[2];
+        self.resultant.iter().zip(patches).map(of).sum()
+    }
+}
+
 /// The loads of an interface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Loads {
     /// The rigid motions.
     pub motions: Vec<LoadedMotion>,
+    /// Normal force of each patch that a solution begins with, N, `[patches]`, of loads that patches without friction
+    /// may be unable to bear; otherwise a solution begins with the loads themselves, borne without friction.
+    pub begin: Option<Vec<f64>>,
 }
 
 impl From<NormalLoad> for Loads {
@@ -58,7 +76,7 @@ impl Loads {
             resultant: (0..loads.len()).map(|c| [0.0, 0.0, unit(c, k)]).collect(),
             load,
         };
-        Self { motions: loads.iter().enumerate().map(motion).collect() }
+        Self { motions: loads.iter().enumerate().map(motion).collect(), begin: None }
     }
 
     /// One vertical motion of the upper body that all patches share, with the contact angles δ (rad, `[patches]`),
@@ -70,7 +88,21 @@ impl Loads {
             resultant: angles.iter().map(|d| [0.0, d.sin(), d.cos()]).collect(),
             load,
         };
-        Self { motions: vec![motion] }
+        Self { motions: vec![motion], begin: None }
+    }
+
+    /// A vertical and a lateral motion of the upper body that all patches share, with the contact angles δ (rad,
+    /// `[patches]`), under the `vertical` force of the upper body on the lower one and the `lateral` force of the lower
+    /// body on the upper one, N, positive to the right. A solution begins with the normal forces `begin`, N,
+    /// `[patches]`.
+    pub fn vertical_and_lateral(angles: &[f64], [vertical, lateral]: [f64; 2], begin: Vec<f64>) -> Self {
+        let mut loads = Self::vertical(angles, NormalLoad::Force(vertical));
+        loads.motions.push(LoadedMotion {
+            factors: angles.iter().map(|d| -d.sin()).collect(),
+            resultant: angles.iter().map(|d| [0.0, d.cos(), -d.sin()]).collect(),
+            load: NormalLoad::Force(-lateral),
+        });
+        Self { begin: Some(begin), ..loads }
     }
 
     /// The load of the one patch that there is, where that is all; none of others.
@@ -81,10 +113,12 @@ impl Loads {
         }
     }
 
-    /// Returns whether motion `j` bears nothing, so that its patches stay open, the nearest of them just touching.
+    /// Returns whether motion `j` bears nothing, so that its patches stay open, the nearest of them just touching. A
+    /// resultant of 0 beside that of another motion of the same patches is a balance of forces.
     pub(crate) fn is_lifted(&self, j: usize) -> bool {
         let motion = &self.motions[j];
-        motion.load == NormalLoad::Force(0.0) && motion.factors.iter().all(|&n| n >= 0.0)
+        let alone = |(c, &n): (usize, &f64)| n == 0.0 || (n > 0.0 && self.leading(c) == Some(j));
+        motion.load == NormalLoad::Force(0.0) && motion.factors.iter().enumerate().all(alone)
     }
 
     /// Returns whether motion `j` is to be found from its resultant.
@@ -109,6 +143,9 @@ impl Loads {
 
     /// Load of patch `c` as if it bore its motion alone: its order of magnitude.
     pub(super) fn of_patch(&self, c: usize) -> NormalLoad {
+        if let Some(begin) = &self.begin {
+            return NormalLoad::Force(begin[c]);
+        }
         let Some(j) = self.leading(c) else { return NormalLoad::Approach(0.0) };
         let motion = &self.motions[j];
         let row = motion.resultant[c][2].abs().max(f64::MIN_POSITIVE);
@@ -116,6 +153,35 @@ impl Loads {
             NormalLoad::Force(f) => NormalLoad::Force((f / row).abs()),
             NormalLoad::Approach(d) => NormalLoad::Approach(motion.factors[c] * d),
         }
+    }
+
+    /// The loads without friction that a solution begins with, where those are others.
+    pub(super) fn at_first(&self) -> Option<Loads> {
+        let forces: Vec<NormalLoad> = self.begin.as_ref()?.iter().map(|&f| NormalLoad::Force(f)).collect();
+        Some(Self::of_patches(&forces))
+    }
+
+    /// The same patches with the motions prescribed as `motions`, m, `[motions]`.
+    pub(super) fn held_at(&self, motions: &[f64]) -> Self {
+        let held =
+            |(motion, &d): (&LoadedMotion, &f64)| LoadedMotion { load: NormalLoad::Approach(d), ..motion.clone() };
+        Self { motions: self.motions.iter().zip(motions).map(held).collect(), begin: None }
+    }
+
+    /// The motions, m, `[motions]`, that come nearest to the `approaches` of the patches, m, `[patches]`, by least
+    /// squares; those that are prescribed as they are.
+    pub(super) fn nearest_motions(&self, approaches: &[f64]) -> Vec<f64> {
+        let (unknown, mut motions) = (self.unknown(), self.prescribed());
+        let rest: Vec<f64> = approaches.iter().enumerate().map(|(c, d)| d - self.approach(&motions, c)).collect();
+        let factors = |j: usize| &self.motions[j].factors;
+        let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(x, y)| x * y).sum::<f64>();
+        let mut matrix: Vec<f64> =
+            unknown.iter().flat_map(|&l| unknown.iter().map(move |&j| product(factors(l), factors(j)))).collect();
+        let mut rhs: Vec<f64> = unknown.iter().map(|&l| product(factors(l), &rest)).collect();
+        if solve_small(&mut matrix, &mut rhs) {
+            unknown.iter().zip(&rhs).for_each(|(&j, d)| motions[j] = *d);
+        }
+        motions
     }
 
     /// The motions that are prescribed; 0 for the others, `[motions]`.
@@ -138,11 +204,20 @@ impl Loads {
         }
     }
 
+    /// Resultant of motion `j` by the forces of the `patches` less the given one, over the largest given one; 0 of a
+    /// motion that is prescribed.
+    pub(super) fn error(&self, j: usize, patches: &[PatchResultant]) -> f64 {
+        let NormalLoad::Force(f) = self.motions[j].load else { return 0.0 };
+        let largest = (0..self.motions.len()).map(|l| self.scale(l)).fold(0.0, f64::max);
+        (self.motions[j].borne(patches) - f) / largest
+    }
+
     /// Refuses loads that do not belong to `patches` patches, or that no contact with the largest coefficient of
     /// friction `friction` can bear.
     pub fn check(&self, patches: usize, friction: f64) -> Result<()> {
-        if self.motions.is_empty() || self.motions.iter().any(|m| [m.factors.len(), m.resultant.len()] != [patches; 2])
-        {
+        let fits = |m: &LoadedMotion| [m.factors.len(), m.resultant.len()] == [patches; 2];
+        let begins = self.begin.as_ref().is_none_or(|forces| forces.len() == patches);
+        if self.motions.is_empty() || !begins || !self.motions.iter().all(fits) {
             return Err(Error::Defect(format!("contact: {} loads for {patches} patches", self.motions.len())));
         }
         for (j, motion) in self.motions.iter().enumerate() {

@@ -21,8 +21,18 @@ pub(super) struct NormalSolution {
 }
 
 /// Solves g = gap − N d + W_nn p ≥ 0 ⟂ p ≥ 0 for the normal reactions with the tangential ones left out.
-/// `w` is the whole `[3n, 3n]` influence matrix.
+/// `w` is the whole `[3n, 3n]` influence matrix. Loads that need friction are those that they begin with here.
 pub(super) fn solve_normal(w: Influence<'_>, s: &Interface, loads: &Loads) -> Result<NormalSolution> {
+    match loads.at_first() {
+        None => solve_without_friction(w, s, loads),
+        Some(first) => {
+            let found = solve_without_friction(w, s, &first)?;
+            Ok(NormalSolution { motions: loads.nearest_motions(&found.motions), ..found })
+        }
+    }
+}
+
+fn solve_without_friction(w: Influence<'_>, s: &Interface, loads: &Loads) -> Result<NormalSolution> {
     let n = s.len();
     let wnn = |i: usize, j: usize| w.get(3 * i + 2, 3 * j + 2);
     let limit = rounds(s);

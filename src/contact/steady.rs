@@ -13,6 +13,7 @@ use crate::friction::{FrictionLaw, PatchFriction};
 use crate::grid::{ContactPatch, Interface};
 use crate::{Error, Result};
 
+mod by_loads;
 mod resultant;
 pub use resultant::PatchResultant;
 
@@ -116,6 +117,13 @@ pub(super) struct StartStresses {
     pub friction: Option<Vec<f64>>,
 }
 
+impl StartStresses {
+    /// The stresses of a `solution` of a similar problem.
+    pub fn from_solution(solution: &SteadySolution) -> Self {
+        Self { stress: solution.stresses(), motions: solution.motions.clone(), friction: None }
+    }
+}
+
 impl<'a> SteadyProblem<'a> {
     /// Solves the problem. A result always has a residual within the tolerance, on all nodes.
     ///
@@ -130,8 +138,7 @@ impl<'a> SteadyProblem<'a> {
     /// Solves the problem, starting from the solution of a similar one on the same interface if there is one.
     pub(crate) fn solve_from(&self, start: Option<&SteadySolution>) -> Result<SteadySolution> {
         let pressed = start.filter(|r| r.pressure.iter().any(|&p| p > 0.0));
-        let start = pressed.map(|r| StartStresses { stress: r.stresses(), motions: r.motions.clone(), friction: None });
-        self.solve_with(start, &mut None)
+        self.solve_with(pressed.map(StartStresses::from_solution), &mut None)
     }
 
     /// Solves the problem from `start`, with the candidates `kept` from a solution with other creepages, of which
@@ -155,6 +162,9 @@ impl<'a> SteadyProblem<'a> {
             );
         }
 
+        if let Some(first) = self.loads.at_first() {
+            return self.solve_by_loads(first, start);
+        }
         let mut effort = NewtonEffort::default();
         let InitialGuess { mut at, mut candidates, mut friction } = match start {
             None => start::cold(self)?,
@@ -401,9 +411,8 @@ impl<'a> SteadyProblem<'a> {
         for j in self.loads.unknown() {
             let motion = &self.loads.motions[j];
             let NormalLoad::Force(f) = motion.load else { continue };
-            let of = |(g, p): (&[f64; 3], &PatchResultant)| g[0] * p.force[0] + g[1] * p.force[1] - g[2] * p.force[2];
-            let borne: f64 = motion.resultant.iter().zip(&solution.patches).map(of).sum();
-            solution.residual = solution.residual.max((borne - f).abs() / self.loads.scale(j));
+            let apart = motion.borne(&solution.patches) - f;
+            solution.residual = solution.residual.max(apart.abs() / self.loads.scale(j));
         }
         if !solution.residual.is_finite() {
             return Err(Error::NotConverged("steady contact: the solution is not finite".into()));

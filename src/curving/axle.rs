@@ -97,9 +97,10 @@ impl Axle<'_> {
     /// Forces at the places of contact. A wheel without contact has the nearest place alone.
     fn forces(&self, places: &Places, motion: &AxleMotion) -> Result<[Vec<ContactForce>; 2]> {
         let turning = (1.0 + motion.turning) / self.problem.bogie.wheel_radius;
-        let kinematics = Kinematics { yaw: motion.yaw, roll: motion.roll, turning };
+        let kinematics = Kinematics { yaw: motion.yaw, roll: motion.roll, turning, given: [None; 3] };
+        let laws = self.problem.place_laws();
         let of = |places: &[ContactPlace], right: bool| -> Result<Vec<ContactForce>> {
-            let at = |&p: &ContactPlace| ContactForce::at_height(self.problem, (p, right), motion.height, kinematics);
+            let at = |&p: &ContactPlace| ContactForce::at_height(&laws, (p, right), motion.height, kinematics);
             let all = places.iter().map(at);
             let mut all = all.collect::<Result<Vec<_>>>()?;
             let closed = all.iter().filter(|c| c.is_loaded()).count();

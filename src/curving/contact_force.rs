@@ -1,9 +1,9 @@
 //! The force at one place of contact.
 
-use super::CurvingProblem;
+use super::CurveMotion;
 use crate::contact::baseline::{coefficients, fastsim, polach, shen_hedrick_elkins, EllipticContact};
 use crate::contact::ContactCreepage;
-use crate::friction::PlaceOnRail;
+use crate::friction::{PlaceOnRail, TrackFriction};
 use crate::placement::{ContactPlace, Ellipse as HertzEllipse, HertzLoad};
 use crate::Result;
 
@@ -57,32 +57,51 @@ pub struct ContactForce {
     pub tangential: f64,
 }
 
-/// How an axle meets a place: its yaw ψ and roll, rad, and Ω/V, rad/m.
+/// How an axle meets a place.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Kinematics {
+pub(crate) struct Kinematics {
+    /// Yaw ψ, rad.
     pub yaw: f64,
+    /// Roll, rad.
     pub roll: f64,
+    /// Ω/V, rad/m.
     pub turning: f64,
+    /// Longitudinal and lateral creepage, 1, and spin, 1/m, where they are not those of the motion.
+    pub given: [Option<f64>; 3],
+}
+
+/// Bodies, track and laws that the force at a place of contact follows from.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct PlaceLaws<'a> {
+    /// Young's modulus, Pa, and Poisson's ratio of rail and wheel.
+    pub materials: [(f64, f64); 2],
+    /// Friction between wheel and rail.
+    pub friction: &'a TrackFriction,
+    /// Law of the creep forces.
+    pub law: CreepLaw,
+    /// The curve.
+    pub curve: &'a CurveMotion,
 }
 
 impl ContactForce {
     /// The force at `place` of the wheel on the `right` or on the left where the axle is `height` m below one radius
     /// over the rails' tops.
-    pub(super) fn at_height(
-        problem: &CurvingProblem,
+    pub(crate) fn at_height(
+        laws: &PlaceLaws,
         (place, right): (ContactPlace, bool),
         height: f64,
         motion: Kinematics,
     ) -> Result<ContactForce> {
-        let (cos, curve) = (place.angle.cos(), &problem.curve);
+        let (cos, curve) = (place.angle.cos(), laws.curve);
         let approach = cos * (height - place.distance);
         // ξ = 1 − y_c/R − Ω r_c/V, η = ψ/cos δ, φ = (Ω/V) sin χ + cos δ/R with χ = δ − roll.
-        let creepage = [
+        let own = [
             1.0 - place.across * curve.curvature - motion.turning * place.radius,
             motion.yaw / cos,
             motion.turning * (place.angle - motion.roll).sin() + cos * curve.curvature,
         ];
-        let law = problem.friction.law(PlaceOnRail { right, curvature: curve.curvature, angle: place.angle });
+        let creepage = [0, 1, 2].map(|k| motion.given[k].unwrap_or(own[k]));
+        let law = laws.friction.law(PlaceOnRail { right, curvature: curve.curvature, angle: place.angle });
         let friction = law.coefficient(curve.speed * creepage[0].hypot(creepage[1]));
         let mut force = ContactForce {
             place,
@@ -97,7 +116,7 @@ impl ContactForce {
         if approach <= 0.0 {
             return Ok(force);
         }
-        let elastic = Elastic::of(problem.materials);
+        let elastic = Elastic::of(laws.materials);
         let [along, across] = place.curvature;
         let hertz = HertzEllipse::new([[along, 0.0], [0.0, across]], elastic.plane, HertzLoad::Approach(approach))?;
         let [a, b] = hertz.semi_axes;
@@ -116,7 +135,7 @@ impl ContactForce {
             };
             let [longitudinal, lateral, spin] = creepage;
             // Forces on the rail along x, which points backwards, and along y: those on the wheel are opposite.
-            let [back, right] = problem.law.force(&ellipse, &ContactCreepage { longitudinal, lateral, spin });
+            let [back, right] = laws.law.force(&ellipse, &ContactCreepage { longitudinal, lateral, spin });
             (force.longitudinal, force.tangential) = (place.share * back, -place.share * right);
         }
         Ok(force)

@@ -43,6 +43,7 @@ mod limits;
 
 pub use axle::{AxleMotion, AxleState};
 pub use contact_force::{ContactForce, CreepLaw};
+pub(crate) use contact_force::{Kinematics, PlaceLaws};
 pub use equilibrium::CurvingSolution;
 
 use crate::friction::TrackFriction;
@@ -124,6 +125,13 @@ pub struct CurvingProblem {
     pub bogie: BogieData,
     /// The curve.
     pub curve: CurveMotion,
+}
+
+impl CurvingProblem {
+    /// Bodies, track and laws that the force at a place of contact follows from.
+    pub(crate) fn place_laws(&self) -> PlaceLaws<'_> {
+        PlaceLaws { materials: self.materials, friction: &self.friction, law: self.law, curve: &self.curve }
+    }
 }
 
 #[cfg(test)]

@@ -74,6 +74,13 @@ pub fn fe_inputs(job: &Job) -> Value {
         if let Some(contact) = contact.filter(several) {
             if contact.places == ContactPlaces::All {
                 inputs["contact"]["places"] = json!([contact.places, contact.vertical_load]);
+                // The shift of the wheel follows from creep forces too.
+                if let Some(force) = contact.lateral_force {
+                    let track = contact.placement.as_ref();
+                    let rolling = track.map(|p| json!([p.speed, p.angular_speed, p.creepage, p.curvature]));
+                    inputs["contact"]["lateral_force"] =
+                        json!([force, contact.friction, contact.friction_zones, contact.speed, rolling]);
+                }
             }
             if contact.wheels == ContactWheels::Both {
                 inputs["contact"]["wheels"] = json!(contact.wheels);

@@ -54,9 +54,11 @@ fn given(contact: &Contact) -> String {
         };
         return format!("{} contact points, {pressed}, friction {}", points.len(), contact.friction);
     }
-    let load = match contact.load() {
-        Load::Normal(n) => format!("normal load {n} N"),
-        Load::Approach(d) => format!("approach {d} m"),
+    let load = match (contact.vertical_load, contact.lateral_force, contact.load()) {
+        (Some(q), Some(y), _) => format!("vertical load {q} N, lateral force {y} N"),
+        (Some(q), None, _) => format!("vertical load {q} N"),
+        (None, _, Load::Normal(n)) => format!("normal load {n} N"),
+        (None, _, Load::Approach(d)) => format!("approach {d} m"),
     };
     let c = contact.creepage;
     let creepages = match &contact.placement {

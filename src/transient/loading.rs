@@ -182,11 +182,18 @@ impl Loading {
 
     /// Returns whether patch `c` stays open at the time `t` (s), because nothing presses it.
     pub(super) fn is_open(&self, c: usize, t: f64) -> bool {
-        let lifted = |m: &DrivenMotion| match &m.normal {
-            Normal::Force(history) => m.factors.iter().all(|&n| n >= 0.0) && history.value(t) == 0.0,
+        // A resultant of 0 beside that of another motion of the same patches is a balance of forces.
+        let leading = |c: usize| self.motions.iter().position(|m| m.factors[c] != 0.0);
+        let alone = |j: usize, (c, &n): (usize, &f64)| n == 0.0 || (n > 0.0 && leading(c) == Some(j));
+        let lifted = |(j, m): (usize, &DrivenMotion)| match &m.normal {
+            Normal::Force(history) => {
+                m.factors[c] != 0.0
+                    && history.value(t) == 0.0
+                    && m.factors.iter().enumerate().all(|factor| alone(j, factor))
+            }
             Normal::Approach(_) => false,
         };
-        self.motions.iter().any(|m| m.factors[c] != 0.0 && lifted(m))
+        self.motions.iter().enumerate().any(lifted)
     }
 
     /// Refuses a loading that does not belong to `patches` patches, or tangential forces on several of them.

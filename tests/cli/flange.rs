@@ -227,6 +227,58 @@ fn contacts_share_a_vertical_force() {
     assert!(((vertical[0] + vertical[1]) / 60e3 - 1.0).abs() < 1e-8, "{vertical:?}");
 }
 
+/// Flange root and flange on half-spaces bear a vertical and a lateral force, friction included. A force that the wheel
+/// bears nowhere, or at one place, is refused with the shifts or the range; so is one that does not tell the loads.
+#[test]
+fn a_wheel_bears_a_vertical_and_a_lateral_force() {
+    let mut job = job("lateral-force.json");
+    for body in ["lower", "upper"] {
+        let of = job["bodies"][body].as_object_mut().expect("a body");
+        ["mesh", "fixed"].iter().for_each(|key| drop(of.remove(*key)));
+    }
+    job["contact"]["compliance"] = json!("half_space");
+    job["analyses"] = json!({ "steady": {} });
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &[]);
+    let told = folder.call(1, "check", &[]);
+    assert!(told.good().out.contains("vertical load 60000 N, lateral force -32000 N"), "{}", told.out);
+    assert!(told.out.contains("lateral force of -32000 N on the wheel: a shift of 6."), "{}", told.out);
+    assert!(ran.good().out.contains("lateral force of -32000 N on the wheel: a shift of 6."), "{}", ran.out);
+    let forces = ["", "_2"].map(|number| {
+        let force = numbers(&folder, &format!("contact{number}/force"));
+        let (sin, cos) = numbers(&folder, &format!("placement{number}/tilt"))[0].sin_cos();
+        [-force[2] * cos + force[1] * sin, -force[2] * sin - force[1] * cos, -force[2]]
+    });
+    let borne = [0, 1].map(|k| forces[0][k] + forces[1][k]);
+    assert!((borne[0] - 60e3).abs() < 1e-3 && (borne[1] + 32e3).abs() < 1e-3, "{borne:?} N");
+    assert!(forces.iter().all(|f| f[2] > 20e3), "{forces:?}");
+    let shift = numbers(&folder, "placement/lateral_shift")[0];
+    assert!((6.3e-3..6.7e-3).contains(&shift), "{shift} m");
+    for (force, parts) in [
+        (-100e3, ["contact.lateral_force: found -100000 N on the wheel", "beyond that it climbs its rail"]),
+        (-2e3, ["which one place of contact carries", "give contact.placement.lateral"]),
+    ] {
+        job["contact"]["lateral_force"] = json!(force);
+        Folder::with(job.to_string()).call(1, "check", &[]).failed(2, &parts);
+    }
+    job["contact"]["placement"]["lateral"] = json!(5e-3);
+    let parts = ["contact.placement.lateral: found 0.005 m beside contact.lateral_force"];
+    Folder::with(job.to_string()).call(1, "check", &[]).failed(2, &parts);
+    job["contact"]["places"] = json!("one");
+    let parts = ["contact.lateral_force: expected beside it contact.places"];
+    Folder::with(job.to_string()).call(1, "check", &[]).failed(2, &parts);
+
+    // Tread and gauge corner, whose creep forces make up for their angles.
+    let mut alike = self::job("wheel-on-rail-contact.json");
+    let contact = &mut alike["contact"];
+    (contact["normal_load"], contact["vertical_load"]) = (Value::Null, json!(60e3));
+    (contact["places"], contact["lateral_force"]) = (json!("all"), json!(-19149));
+    let placement = contact["placement"].as_object_mut().expect("a placement");
+    placement.remove("lateral");
+    (placement["side"], placement["roll"], placement["yaw"]) = (json!("right"), json!(0.0), json!(-2e-3));
+    Folder::with(alike.to_string()).call(1, "run", &[]).failed(2, &["hardly depends on how its contacts share"]);
+}
+
 /// Places of swept bodies that are too near each other, with normals alike, are told to be one contact.
 #[test]
 fn near_places_with_alike_normals_are_refused() {

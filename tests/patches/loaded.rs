@@ -202,6 +202,37 @@ fn patches_share_a_vertical_force_at_every_step() {
     assert!((newton.motions[0] / fixed.motions[0] - 1.0).abs() < 1e-6);
 }
 
+/// Patches under a vertical and a lateral force of the wheel bear both at every step, while the vertical one swings.
+#[test]
+fn patches_share_a_vertical_and_a_lateral_force_at_every_step() {
+    let load = 40e3;
+    let (_, found) = Wheel::new(Loads::vertical(&ANGLES, NormalLoad::Force(load)), [3e-3, 9e-3]).steady();
+    let lateral = |patches: &[[f64; 3]]| -> f64 {
+        patches.iter().zip(ANGLES).map(|(force, d)| -force[2] * d.sin() - force[1] * d.cos()).sum()
+    };
+    let sideways = lateral(&found.patches.iter().map(|p| p.force).collect::<Vec<_>>());
+    let begin = found.patches.iter().map(|p| -p.force[2]).collect();
+    let wheel = Wheel::new(Loads::vertical_and_lateral(&ANGLES, [load, sideways], begin), [3e-3, 9e-3]);
+    let (_, found) = wheel.steady();
+    let (step, steps) = (1e-5, 60);
+    let swing = |t: f64| load * (1.0 + 0.05 * (2.0 * PI * 800.0 * t).sin());
+    let table: Vec<[f64; 2]> = (0..=steps).map(|k| k as f64 * step).map(|t| [t, swing(t)]).collect();
+    let mut loading = wheel.loading();
+    loading.motions[0].normal = Normal::Force(History::table("load", &table, step * steps as f64).unwrap());
+    let mut settings = settings(loading, FrictionLaw::Constant(MU), step);
+    settings.tolerance = 1e-12;
+    let mut start = wheel.rest(&found);
+    start.v.copy_from_slice(&[0.02, -0.03, 0.01]);
+    let mut stepper = Stepper::new(wheel.model(), settings, start).unwrap();
+    for k in 1..=steps {
+        stepper.advance().unwrap();
+        let forces: Vec<[f64; 3]> = stepper.report().patches.iter().map(|p| p.force).collect();
+        let apart = [vertical(stepper.report()) - swing(k as f64 * step), lateral(&forces) - sideways];
+        assert!(apart.iter().all(|d| d.abs() < 1e-10 * load), "step {k}: {apart:?} N");
+    }
+    assert!(stepper.report().patches.iter().all(|p| p.closed > 10), "{:?}", stepper.report());
+}
+
 /// Growth in time is the eigenvalue of the linear analysis, with both contacts sliding and with one of them in stick
 /// in part: the difference of two marches, one of them moved along the eigenvector.
 #[test]

@@ -1,7 +1,6 @@
 //! Bodies of a wheel on a rail with all their contacts.
 
-use super::friction_zones::empty_zones;
-use super::{missing, PlacedContact};
+use super::{common_lines, missing, PlacedContact};
 use crate::body::half_space::{HalfSpace, HalfSpaceBody};
 use crate::body::Side;
 use crate::case::bodies::{material_of, of_elements, BuiltBodies, Place};
@@ -36,7 +35,7 @@ pub(crate) fn build<'p>(
         }
         one.lines().into_iter().for_each(|line| summary.line(line));
     }
-    empty_zones(job, &placed).into_iter().for_each(|line| summary.line(line));
+    common_lines(job, &placed).into_iter().for_each(|line| summary.line(line));
     let moves = job.bodies().iter().any(|(_, body)| body.mesh.is_some());
     let sites = ContactSite::all(world, &placed)?;
     let first = sites.first().ok_or_else(|| missing("a contact"))?;

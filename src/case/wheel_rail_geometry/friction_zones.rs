@@ -19,7 +19,7 @@ pub(super) fn zone_number(contact: &job::Contact) -> Option<i32> {
 }
 
 /// A line for each zone of the `job` that holds none of its contacts.
-pub(crate) fn empty_zones(job: &job::Job, placed: &[PlacedContact]) -> Vec<String> {
+pub(super) fn empty_zones(job: &job::Job, placed: &[PlacedContact]) -> Vec<String> {
     let zones = job.contact.as_ref().map_or(0, |contact| contact.friction_zones.len());
     let holds = |zone: usize, one: &PlacedContact| one.zone.is_some_and(|own| usize::try_from(own) == Ok(zone));
     let empty = (0..zones).filter(|&zone| !placed.iter().any(|one| holds(zone, one)));

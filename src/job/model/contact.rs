@@ -27,6 +27,11 @@ pub struct Contact {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N"))]
     pub vertical_load: Option<f64>,
+    /// Lateral force of the rail on the wheel, N, positive to the right, beside `vertical_load`: the shift of the wheel
+    /// follows from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "N"))]
+    pub lateral_force: Option<f64>,
     /// Places of a wheel on its rail that are contacts.
     #[serde(default, skip_serializing_if = "ContactPlaces::is_one")]
     pub places: ContactPlaces,
@@ -191,6 +196,7 @@ impl Contact {
             ("normal_load", self.normal_load.is_some()),
             ("approach", self.approach.is_some()),
             ("vertical_load", self.vertical_load.is_some()),
+            ("lateral_force", self.lateral_force.is_some()),
             ("speed", self.speed != 0.0),
             ("creepage", self.creepage != Creepage::default()),
             ("placement", self.placement.is_some()),
@@ -259,11 +265,15 @@ impl Contact {
         self.further.clear();
     }
 
-    /// Takes off the places that follow from a vertical load.
+    /// Takes off the places and the shift that follow from the forces on a wheel.
     pub(super) fn remove_places(&mut self) {
         if self.places == ContactPlaces::All && self.vertical_load.is_some() {
             self.normal_load = None;
-            self.placement.iter_mut().for_each(|p| p.touch_near = None);
+            let shifted = self.lateral_force.is_some();
+            self.placement.iter_mut().for_each(|p| {
+                p.touch_near = None;
+                p.lateral = if shifted { 0.0 } else { p.lateral };
+            });
             self.further.clear();
         }
     }

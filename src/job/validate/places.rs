@@ -23,6 +23,7 @@ pub fn check(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
                 .into(),
         );
     }
+    check_lateral_force(contact, faults);
     let keys = [
         ("places", contact.places == ContactPlaces::All, "all"),
         ("wheels", contact.wheels == ContactWheels::Both, "both"),
@@ -206,6 +207,27 @@ fn check_vertical_load(contact: &Contact, faults: &mut Vec<String>) {
         faults.push(
             "contact.vertical_load: missing; contact.places = \"all\" needs the vertical force on the wheel (N)".into(),
         );
+    }
+}
+
+/// Faults of the lateral force on a wheel.
+fn check_lateral_force(contact: &Contact, faults: &mut Vec<String>) {
+    let Some(force) = contact.lateral_force.filter(|_| contact.from.is_none()) else { return };
+    if !force.is_finite() {
+        faults.push(format!("contact.lateral_force: found {force}, expected a finite number (N)"));
+    }
+    if contact.places != ContactPlaces::All || contact.vertical_load.is_none() || contact.placement.is_none() {
+        faults.push(
+            "contact.lateral_force: expected beside it contact.places = \"all\", contact.vertical_load (N) and \
+             contact.placement: the places of the wheel share both forces"
+                .into(),
+        );
+    }
+    if let Some(lateral) = contact.placement.as_ref().map(|p| p.lateral).filter(|lateral| *lateral != 0.0) {
+        faults.push(format!(
+            "contact.placement.lateral: found {lateral} m beside contact.lateral_force, from which the shift of the \
+             wheel follows; leave one of the two out"
+        ));
     }
 }
 

@@ -22,6 +22,8 @@ pub struct PlacementResult {
     pub speed: f64,
     /// Number of the zone of friction that holds the contact, in a job with zones: −1 outside all.
     pub friction_zone: Option<i32>,
+    /// Lateral shift of the wheel, m, where it follows from a lateral force.
+    pub lateral_shift: Option<f64>,
     /// Lines of rail and wheel, m.
     pub lines: [Vec<[f64; 2]>; 2],
 }
@@ -86,6 +88,10 @@ pub fn tables(number: usize, found: &PlacementResult) -> Vec<Table> {
     if let Some(zone) = found.friction_zone {
         let text = "Number of the zone of contact.friction_zones that holds the contact, from 0; -1 outside all.";
         tables.push(Table::scalar(&format!("{group}/friction_zone"), "1", text, zone));
+    }
+    if let Some(shift) = found.lateral_shift {
+        let text = "Lateral shift of the wheel, positive to the right, that follows from contact.lateral_force.";
+        tables.push(scalar("lateral_shift", "m", text, shift));
     }
     for (name, line) in ["rail_line", "wheel_line"].into_iter().zip(&found.lines) {
         let text = "Points (y, z) of the line at first touch, in the track: y to the right, z down.";
