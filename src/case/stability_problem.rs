@@ -48,18 +48,22 @@ impl StabilityProblem<'_> {
 
     fn with(&self, spectrum: StabilityRequest, memory: &SpectrumMemory) -> Result<StabilityResult> {
         let request = |contact: &LinearContact| spectrum(self.stability, self.model.1, contact, memory);
-        self.begun_with(None, request).map(|(found, _)| found)
+        let sharp = |contact: &LinearContact| sharpness(self.model.1, contact);
+        self.begun_with(None, &sharp, request).map(|(found, _)| found)
     }
 
     /// The state, for which rolling begins with the solution `start`, and what `spectrum` says of it; and the solution
-    /// where it rolls.
+    /// where it rolls. Refused where a memory is too short by the `sharpness` of the linearised contact.
     pub(crate) fn begun_with(
         &self,
         start: Option<&SteadySolution>,
+        sharpness: &dyn Fn(&LinearContact) -> Result<f64>,
         spectrum: impl FnOnce(&LinearContact) -> Result<Spectrum>,
     ) -> Result<(StabilityResult, Option<SteadySolution>)> {
         let (state, contact, rolling) = self.at_rest_with(&friction(self.contact), start)?;
-        well_posed::refuse_short(self.contact, |friction| self.sharpness(friction))?;
+        if sharpness(&contact)? >= 1.0 {
+            well_posed::refuse_short(self.contact, |friction| sharpness(&self.at_rest_with(friction, None)?.1))?;
+        }
         let spectrum = spectrum(&contact)?;
         Ok((StabilityResult { state, contact, spectrum }, rolling))
     }

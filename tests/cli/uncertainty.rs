@@ -335,7 +335,12 @@ fn interpolated_places_go_on_after_a_stop() {
 /// Growth rates of samples on bodies that are interpolated over their profiles are those of runs of these places alone.
 #[test]
 fn interpolated_places_are_those_computed() {
-    let (job, keys) = at_places();
+    let (mut job, mut keys) = at_places();
+    // A law that falls, with a memory.
+    job["contact"]["friction"] =
+        json!({ "exponential": { "static": 0.35, "kinetic": 0.25, "decay_velocity": 0.3, "memory_length": 2e-3 } });
+    keys[0] = "contact.friction.exponential.static";
+    job["analyses"]["uncertainty"]["inputs"][0]["key"] = json!(keys[0]);
     let folder = Folder::with(job.to_string());
     let ran = folder.call(1, "run", &["--output", &folder.text("all.h5")]);
     assert!(ran.good().out.contains("growth rates at 8 computed places differ by up to"), "{}", ran.out);

@@ -69,19 +69,14 @@ pub(super) struct PlaceFamily {
 }
 
 /// Returns whether the bodies of a point may be interpolated: a wheel of a section on a rail with one contact, in
-/// steady rolling with a constant coefficient of friction.
+/// steady rolling.
 fn is_placed(point: &Job) -> bool {
     let (Some(contact), Some(stability)) = (&point.contact, &point.analyses.stability) else { return false };
     let one =
         contact.further.is_empty() && contact.places != ContactPlaces::All && contact.wheels == ContactWheels::One;
     let rolls = stability.state() == StabilityState::Steady && stability.direction == Direction::Actual;
     let reduced = point.analyses.modes.is_some() && stability.full.is_none();
-    one && rolls
-        && reduced
-        && contact.friction.is_constant()
-        && contact.friction_zones.is_empty()
-        && point.is_loaded()
-        && are_sections(point)
+    one && rolls && reduced && point.is_loaded() && are_sections(point)
 }
 
 /// Inputs that points on the same bodies share wherever these are touched.

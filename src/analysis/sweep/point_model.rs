@@ -7,6 +7,7 @@ use crate::contact::{LinearContact, SteadySolution};
 use crate::job::{self, range, Job};
 use crate::model::{CoupledModel, SharedModel};
 use crate::output::datasets::sweep::Outcome;
+use crate::stability::reduced::sharpness;
 use crate::stability::Spectrum;
 use crate::{Error, Result};
 
@@ -63,8 +64,10 @@ impl StudyModel<'_> {
     pub fn solved(&mut self, point: &Job, start: Option<&SteadySolution>, request: Request) -> Result<SolvedPoint> {
         match self {
             Self::Shared(model) => with_problem(model, point, |problem| {
+                let bodies = problem.model.1;
+                let sharp = |linear: &LinearContact| sharpness(bodies, linear);
                 let (found, rolling) =
-                    problem.begun_with(start, |linear| request(problem.stability, problem.model.1, linear))?;
+                    problem.begun_with(start, &sharp, |linear| request(problem.stability, bodies, linear))?;
                 Ok((outcome_of(problem.contact, &found), found, rolling))
             }),
             Self::Placed(bodies) => placed(bodies, point, start, request),
@@ -87,10 +90,19 @@ fn placed(
     let problem = StabilityProblem { job: point, stability, contact, model: (&model.interface, &model.rolling) };
     // Of another place it may be on a grid of another size, or too far away to begin with.
     let start = start.filter(|s| s.pressure.len() == model.interface.len());
+    // Dense matrices are made of the nodes that the contact asks for.
+    let seen = |linear: &LinearContact| -> Result<(CoupledModel, LinearContact)> {
+        let nodes = linear.places();
+        Ok((model.at_nodes(&nodes)?, linear.on_places(&nodes)))
+    };
+    let sharp = |linear: &LinearContact| match linear.memory.is_empty() {
+        true => Ok(0.0),
+        false => seen(linear).and_then(|(bodies, linear)| sharpness(&bodies, &linear)),
+    };
     let mut begun = |start| {
-        problem.begun_with(start, |linear| {
-            let nodes = linear.places();
-            request(stability, &model.at_nodes(&nodes)?, &linear.on_places(&nodes))
+        problem.begun_with(start, &sharp, |linear| {
+            let (bodies, linear) = seen(linear)?;
+            request(stability, &bodies, &linear)
         })
     };
     let solved = match begun(start) {
