@@ -64,7 +64,7 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
             let ends = found.map_or(&[][..], |(_, b)| &b.supports[..]).iter().filter_map(|s| s.absorbing);
             ends.map(|a| if a.longitudinal.unwrap_or(0.0) > 0.0 { 3.0 } else { 1.0 }).fold(0.0, f64::max)
         };
-        let damping: f64 = unique.iter().map(|b| absorbs(b.name) * b.dofs as f64 * b.neighbours * ENTRY).sum();
+        let damping: f64 = unique.iter().map(|b| absorbs(&b.name) * b.dofs as f64 * b.neighbours * ENTRY).sum();
         if damping > 0.0 {
             shared.push(("damping matrices", damping));
         }
@@ -300,8 +300,14 @@ mod tests {
         let sets = sets.map(str::to_owned);
         let bytes = include_bytes!("../../jobs/curve.json");
         let job = Job::from_bytes(bytes, Path::new("job.json"), &sets, None).unwrap();
-        let body =
-            |name| BodySize { name, nodes: 42_540, cells: 36_000, neighbours: 27.0, dofs: 127_620, contact_nodes: 225 };
+        let body = |name: &str| BodySize {
+            name: name.into(),
+            nodes: 42_540,
+            cells: 36_000,
+            neighbours: 27.0,
+            dofs: 127_620,
+            contact_nodes: 225,
+        };
         let need = Plan::new(&job, vec![body("lower"), body("upper")], 1).root();
         assert!(need > 4.8e9 && need < 1.2 * 4.8e9, "{need:e}");
     }

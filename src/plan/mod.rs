@@ -20,8 +20,8 @@ use std::path::PathBuf;
 /// Size of one body of the job.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BodySize {
-    /// "lower" or "upper".
-    pub name: &'static str,
+    /// "lower", "upper", or "others." and its name.
+    pub name: String,
     /// Nodes of its mesh.
     pub nodes: u64,
     /// Cells of its mesh.
@@ -62,7 +62,8 @@ pub fn sizes(job: &Job, meshes: &Meshes) -> Result<Vec<BodySize>> {
     // Where a wheel stands is the same for both bodies.
     let standing = OnceCell::new();
     let placed = || standing.get_or_init(|| contact_nodes(job)).clone();
-    let all: Vec<_> = job.bodies().into_iter().map(|(name, body)| size((job, meshes), (name, body), placed)).collect();
+    let of = |(name, body): &(String, &job::Body)| size((job, meshes), (name, body), placed);
+    let all: Vec<_> = job.all_bodies().iter().map(of).collect();
     Error::all(all.iter().map(|s| s.as_ref().map(drop).map_err(Error::clone)))?;
     let mut sizes = all.into_iter().collect::<Result<Vec<_>>>()?;
     if let Some(nodes) = surfaces::nodes(job, meshes)? {
@@ -80,12 +81,13 @@ fn contact_nodes(job: &Job) -> Result<u64> {
 /// Size of the body `name` of a job; `placed` counts the nodes of the contact grids of a wheel on its rail.
 fn size(
     (job, meshes): (&Job, &Meshes),
-    (name, body): (&'static str, &job::Body),
+    (key, body): (&str, &job::Body),
     placed: impl Fn() -> Result<u64>,
 ) -> Result<BodySize> {
-    let named = |e: Error| e.context(format!("bodies.{name}.mesh"));
+    let named = |e: Error| e.context(format!("bodies.{key}.mesh"));
+    let name = key.to_owned();
     if let Some(m) = &body.matrices {
-        let dofs = BodyMatrices::order(name, m)? as u64;
+        let dofs = BodyMatrices::order(key, m)? as u64;
         return Ok(BodySize {
             name,
             nodes: 0,
@@ -116,19 +118,21 @@ fn size(
         }
         MeshSource::Revolved(_) | MeshSource::Extruded(_) => {
             let grid = |contact| crate::case::swept::grid(contact, body).map_err(named);
-            let grids = job.contact.iter().flat_map(job::Contact::all).map(grid).collect::<Result<Vec<_>>>()?;
+            let is_touched = |one: &&job::Contact| key == "lower" || job.upper_at(one).is_some_and(|(at, _)| at == key);
+            let contacts = job.contact.iter().flat_map(job::Contact::all).filter(is_touched);
+            let grids = contacts.map(grid).collect::<Result<Vec<_>>>()?;
             let contact: usize = grids.iter().flatten().map(|g| g.x.len() * g.y.len()).sum();
             let [nodes, cells] = meshes.section_size(body).map_err(named)?.map(|n| n as u64);
             Ok(BodySize { name, nodes, cells, neighbours: HEXAHEDRAL, dofs: 3 * nodes, contact_nodes: contact as u64 })
         }
         MeshSource::File(file) => {
-            let read = meshes.mesh(job, name, body)?;
+            let read = meshes.mesh(job, key, body)?;
             let mesh = &read.mesh;
             for group in &body.fixed {
-                mesh.require_group(group, &format!("bodies.{name}.fixed: {}", file.path().display()))?;
+                mesh.require_group(group, &format!("bodies.{key}.fixed: {}", file.path().display()))?;
             }
             for (i, support) in body.supports.iter().enumerate() {
-                let key = format!("bodies.{name}.supports.{i}.group: {}", file.path().display());
+                let key = format!("bodies.{key}.supports.{i}.group: {}", file.path().display());
                 mesh.require_group(&support.group, &key)?;
             }
             let of_mesh = || read.grid.as_ref().and_then(|g| g.as_ref().ok()).map_or(0, |g| g.len() as u64);
@@ -246,21 +250,26 @@ pub fn models(sweep: &SweepPlan) -> Vec<&Job> {
 impl fmt::Display for Plan {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "bodies")?;
+        let width = self.bodies.iter().map(|b| b.name.len()).fold(6, usize::max);
         for b in &self.bodies {
             let contact =
                 if b.contact_nodes > 0 { format!(", {} contact nodes", b.contact_nodes) } else { String::new() };
             let (nodes, cells, dofs) = (b.nodes, b.cells, b.dofs);
             if dofs == 0 && nodes == 0 {
-                writeln!(f, "  {:<6} half-space, {} contact nodes", b.name, b.contact_nodes)?;
+                writeln!(f, "  {:<width$} half-space, {} contact nodes", b.name, b.contact_nodes)?;
                 continue;
             }
             if nodes == 0 {
-                writeln!(f, "  {:<6} matrices of {dofs} degrees of freedom, {} contacts", b.name, b.contact_nodes)?;
+                writeln!(
+                    f,
+                    "  {:<width$} matrices of {dofs} degrees of freedom, {} contacts",
+                    b.name, b.contact_nodes
+                )?;
                 continue;
             }
             writeln!(
                 f,
-                "  {:<6} {nodes} nodes, {cells} cells, {dofs} degrees of freedom less the supports{contact}",
+                "  {:<width$} {nodes} nodes, {cells} cells, {dofs} degrees of freedom less the supports{contact}",
                 b.name
             )?;
         }

@@ -139,6 +139,8 @@ fn a_wheel_and_an_idler_on_a_stiff_roller_are_each_by_itself() {
     for part in ["idler, -1.2 rad around the lower body", "body others.idler: swept", "damping of others.idler"] {
         assert!(ran.good().out.contains(part), "{part}: {}", ran.out);
     }
+    let told = folder.call(1, "check", &[]);
+    assert!(told.good().out.contains("\n  others.idler "), "the size of the idler: {}", told.out);
     let both = eigenvalues(&folder, "job.h5");
     let swept = read::<Complex64>(&folder, "job.h5", "sweep/eigenvalue");
     let offset = read::<i64>(&folder, "job.h5", "sweep/offset").into_iter().map(|k| k as usize).collect::<Vec<_>>();
