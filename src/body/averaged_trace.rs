@@ -1,8 +1,8 @@
 //! The contact rows of a body of finite elements: at nodes of its mesh, as means about the nodes of a grid, or from
 //! nine means over a disc at each contact. Rows are stacked over the contacts.
 
-use super::contact_spec::ContactPosition;
 use super::hybrid::{expansions, Lines};
+use super::near_contacts::ContactPosition;
 use super::statics::Statics;
 use super::trace::{axis, Trace};
 use crate::grid::{ContactGrid, DiscAverage, Transfer, Weights};

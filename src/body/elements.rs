@@ -1,7 +1,6 @@
 //! A body of finite elements with the solver and the modes that belong to it.
 
 use super::collective_order::CollectiveOrderCheck;
-use super::contact_spec::near_contacts;
 use super::fe::{BodyModes, FeBody};
 use super::half_space::HalfSpace;
 use super::hybrid::Hybrid;
@@ -146,7 +145,7 @@ impl ElasticBody for Elements<'_> {
             let yielding = means.yielding(world, &mut made, self.fe.dofs.owned())?;
             let circles: Vec<_> = means.discs.iter().map(|d| d.0.clone()).collect();
             let near = |e: Error| e.context(format!("compliance of body \"{}\"", self.fe.name));
-            let remarks = near_contacts(&means.positions, &circles[0]).map_err(near)?;
+            let remarks = hybrid.find_near(&means.positions, &circles[0]).map_err(near)?;
             text += &format!("; {}", hybrid.complete(&yielding, &circles)?);
             remarks.iter().for_each(|remark| text += &format!("; {remark}"));
         }

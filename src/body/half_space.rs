@@ -8,10 +8,11 @@
 
 use super::hybrid::{self, Compact, ContactFunctions, Lines};
 use super::modes::Extent;
+use super::near_contacts::{add_between, dual_sides, NearPair};
 use super::{ElasticBody, Kind, ProgressFn, TraceModes};
 use crate::parallel::World;
 use crate::swept::LOADS;
-use crate::{Error, Result};
+use crate::Result;
 use faer::Mat;
 
 /// Isotropic material of a half-space.
@@ -199,40 +200,13 @@ impl<'w> HalfSpaceBody<'w> {
 impl HalfSpace {
     fn of_contacts(&self, grids: &[Lines], places: &[Option<[f64; 2]>]) -> Result<Mat<f64>> {
         let mut all = hybrid::half_spaces(self, grids)?;
-        let first: Vec<usize> = (0..grids.len()).map(|c| grids[..c].iter().map(hybrid::rows).sum()).collect();
-        for d in 0..grids.len() {
-            for c in 0..d {
-                let (Some(here), Some(there)) = (places[c], places[d]) else { continue };
-                let apart = [0, 1].map(|k| there[k] - here[k]);
-                let between = self.between([&grids[c], &grids[d]], apart)?;
-                for (j, column) in between.col_iter().enumerate() {
-                    for (i, v) in column.iter().enumerate() {
-                        all[(first[c] + i, first[d] + j)] = *v;
-                        all[(first[d] + j, first[c] + i)] = *v;
-                    }
-                }
-            }
-        }
-        Ok(all)
-    }
-
-    /// Displacements on one grid under forces on another, whose origin lies `apart` from that of the first, m/N: the
-    /// mean of what forces on either do to the other, so that it is reciprocal on grids of different spacings.
-    fn between(&self, [one, other]: [&Lines; 2], apart: [f64; 2]) -> Result<Mat<f64>> {
-        let sides = |grid: &Lines| Ok::<_, Error>([dual_sides(&grid[0])?, dual_sides(&grid[1])?]);
-        let (own, theirs) = (sides(one)?, sides(other)?);
-        let mut all = Mat::zeros(hybrid::rows(one), hybrid::rows(other));
-        let (nx, mx) = (one[0].len(), other[0].len());
-        for i in 0..nx * one[1].len() {
-            for j in 0..mx * other[1].len() {
-                let at = [one[0][i % nx] - other[0][j % mx] - apart[0], one[1][i / nx] - other[1][j / mx] - apart[1]];
-                let ahead = self.influence(at, [theirs[0][j % mx], theirs[1][j / mx]]);
-                let back = self.influence(at.map(|v| -v), [own[0][i % nx], own[1][i / nx]]);
-                for a in 0..3 {
-                    (0..3).for_each(|b| all[(3 * i + a, 3 * j + b)] = 0.5 * (ahead[a][b] + back[b][a]));
-                }
-            }
-        }
+        let pair = |[c, d]: [usize; 2]| {
+            let (here, there) = (places[c]?, places[d]?);
+            Some(NearPair { contacts: [c, d], apart: [0, 1].map(|k| there[k] - here[k]) })
+        };
+        let pairs: Vec<NearPair> =
+            (0..grids.len()).flat_map(|d| (0..d).map(move |c| [c, d])).filter_map(pair).collect();
+        add_between(&mut all, self, (grids, &pairs), 1.0)?;
         Ok(all)
     }
 }
@@ -258,13 +232,18 @@ impl ElasticBody for HalfSpaceBody<'_> {
         // What one contact does to another one on the same plane is no matter of few functions.
         let places = self.places.iter().flatten().count();
         let order = LOADS * self.grids.len();
-        let few =
-            || Compact { half_space: self.material, beside: Mat::zeros(order, order), seen: Mat::zeros(order, 0) };
+        let few = || Compact {
+            half_space: self.material,
+            near: Vec::new(),
+            beside: Mat::zeros(order, order),
+            seen: Mat::zeros(order, 0),
+        };
         Ok((places < 2).then(few))
     }
 
     fn contact_functions(&self) -> Result<Option<ContactFunctions>> {
-        let whole = |Compact { half_space, beside, seen }| ContactFunctions { half_space, constant: beside, seen };
+        let whole =
+            |Compact { half_space, near, beside, seen }| ContactFunctions { half_space, near, constant: beside, seen };
         Ok(self.compact()?.map(whole))
     }
 
@@ -306,21 +285,6 @@ fn corner(x: f64, y: f64) -> [f64; 6] {
     let p = if x == 0.0 { y * ln } else { y * ln + x * (y / x).atan() };
     let q = if y == 0.0 { x * ln } else { x * ln + y * (x / y).atan() };
     [a + b, b, a, -r, p, q]
-}
-
-/// Sides of the rectangles around the nodes of a line, m.
-fn dual_sides(x: &[f64]) -> Result<Vec<f64>> {
-    let n = x.len();
-    if n < 2 || x.windows(2).any(|w| w[1] <= w[0] || !(w[1] - w[0]).is_finite()) {
-        return Err(Error::Defect("half-space: grid positions must ascend, two at the least".into()));
-    }
-    Ok((0..n)
-        .map(|i| match i {
-            0 => x[1] - x[0],
-            _ if i + 1 == n => x[i] - x[i - 1],
-            _ => 0.5 * (x[i + 1] - x[i - 1]),
-        })
-        .collect())
 }
 
 /// Equal spacing to the digits that positions read from a mesh file keep.

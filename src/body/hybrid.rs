@@ -2,8 +2,8 @@
 //! goes with x and y ("hybrid"). The nine functions π of each of T contacts make a matrix of order 9T, which couples
 //! the contacts; the half-space acts within each of them. Rows are stacked over the contacts.
 
-use super::contact_spec::{near_contacts, ContactPosition};
 use super::half_space::HalfSpace;
+use super::near_contacts::{add_between, near_pairs, ContactPosition, NearPair};
 use super::positivity::refuse_negative;
 use crate::parallel::World;
 use crate::swept::compliance::{pair_of, put, sum};
@@ -76,6 +76,8 @@ pub(crate) fn expansions(grids: &[Lines]) -> Mat<f64> {
 pub struct Compact {
     /// The half-space.
     pub half_space: HalfSpace,
+    /// Contacts that act on each other through it.
+    pub near: Vec<NearPair>,
     /// Compliance beside it that the modes have no part in, m/N and so on, `[9T, 9T]`.
     pub beside: Mat<f64>,
     /// The modes, 1/√kg and 1/(√kg m), `[9T, m]`.
@@ -87,6 +89,8 @@ pub struct Compact {
 pub struct ContactFunctions {
     /// The half-space.
     pub half_space: HalfSpace,
+    /// Contacts that act on each other through it.
+    pub near: Vec<NearPair>,
     /// Compliance beside it, that of the modes included, m/N and so on, `[9T, 9T]`.
     pub constant: Mat<f64>,
     /// The modes, 1/√kg and 1/(√kg m), `[9T, m]`.
@@ -97,7 +101,7 @@ impl ContactFunctions {
     /// Static compliance of the contact rows on `grids`, m/N, `[3n, 3n]`, and the modes there, 1/√kg, `[3n, m]`, to
     /// the last bit those of [`Hybrid`].
     pub fn on_grids(&self, grids: &[Lines]) -> Result<(Mat<f64>, Mat<f64>)> {
-        Ok((matrix(&self.half_space, &self.constant, grids)?, expansions(grids) * &self.seen))
+        Ok((matrix(&self.half_space, &self.constant, (grids, &self.near))?, expansions(grids) * &self.seen))
     }
 }
 
@@ -107,6 +111,8 @@ pub struct Hybrid {
     /// Grid of each of T contacts.
     grids: Vec<Lines>,
     half_space: HalfSpace,
+    /// Contacts that act on each other through it.
+    near: Vec<NearPair>,
     /// Compliance beside the half-space, m/N and so on, `[9T, 9T]`; none before it is made.
     constant: Option<Mat<f64>>,
     /// Addition to that from elsewhere, as it is with the modes.
@@ -121,7 +127,15 @@ impl Hybrid {
     pub fn new(half_space: HalfSpace, grids: Vec<Lines>) -> Self {
         let order = LOADS * grids.len();
         let none = || Mat::zeros(order, order);
-        Self { half_space, constant: None, beside: none(), seen: Mat::zeros(order, 0), modal: none(), grids }
+        Self {
+            half_space,
+            near: Vec::new(),
+            constant: None,
+            beside: none(),
+            seen: Mat::zeros(order, 0),
+            modal: none(),
+            grids,
+        }
     }
 
     /// Number of contact rows, 3n.
@@ -156,12 +170,14 @@ impl Hybrid {
             }
         };
         let positions: Vec<ContactPosition> = contacts.iter().zip(tilts).map(position).collect();
-        let remarks = near_contacts(&positions, &circles)?;
-        let wider = circles.iter().map(|circle| LoadCircle { radius: WIDER * circle.radius }).collect();
+        let remarks = self.find_near(&positions, &circles)?;
+        let wider: Vec<LoadCircle> =
+            circles.iter().map(|circle| LoadCircle { radius: WIDER * circle.radius }).collect();
         // Beside a corner there is room for the one alone.
-        let both = Constant::of_contacts(forms, &[circles.clone(), wider], contacts);
+        let both = Constant::of_contacts(forms, &[circles.clone(), wider.clone()], contacts);
         let constant = both.or_else(|_| Constant::of_contacts(forms, std::slice::from_ref(&circles), contacts))?;
-        let made = in_grids(world, &constant, tilts)?;
+        let mut made = in_grids(world, &constant, tilts)?;
+        made.iter_mut().zip([&circles, &wider]).for_each(|(all, set)| self.take_off_known(all, set));
         let beside = self.keep_first(&made, &circles)?;
         let solved = format!(
             "section of {} unknowns solved at {} of the Fourier orders up to {}; {beside}",
@@ -170,6 +186,27 @@ impl Hybrid {
             constant.blocks.iter().map(|b| b.0 + b.1 / 2).max().unwrap_or(0)
         );
         Ok(Some([vec![solved], remarks].concat().join("; ")))
+    }
+
+    /// Finds the contacts that act on each other through the half-space by the `positions` of all; remarks on them.
+    pub(super) fn find_near(&mut self, positions: &[ContactPosition], circles: &[LoadCircle]) -> Result<Vec<String>> {
+        let (near, remarks) = near_pairs(positions, circles, &self.grids)?;
+        self.near = near;
+        Ok(remarks)
+    }
+
+    /// Takes what the half-space does between near contacts off `all` that loads on the `circles` do to each other,
+    /// `[9T, 9T]`.
+    fn take_off_known(&self, all: &mut Mat<f64>, circles: &[LoadCircle]) {
+        for pair in &self.near {
+            let (known, [c, d]) = (pair.share(&self.half_space, circles), pair.contacts);
+            for i in 0..LOADS {
+                for j in 0..LOADS {
+                    all[(LOADS * c + i, LOADS * d + j)] -= known[i][j];
+                    all[(LOADS * d + j, LOADS * c + i)] -= known[i][j];
+                }
+            }
+        }
     }
 
     /// Keeps the compliance that `yielding`, Γ⁻¹BΓ⁻¹ of loads on sets of discs, `circles`, leaves beside the
@@ -183,6 +220,7 @@ impl Hybrid {
                 let less = |i: usize, j: usize| own[i][j] - known[i][j] / (moments[i] * moments[j]);
                 put(&mut all, [c, c], &std::array::from_fn(|i| std::array::from_fn(|j| less(i, j))));
             }
+            self.take_off_known(&mut all, set);
             all
         };
         let made: Vec<Mat<f64>> = yielding.iter().zip(circles).map(beside).collect();
@@ -278,12 +316,13 @@ impl Hybrid {
     /// Data that the contact rows of the body `name` need, after its modes are known.
     pub fn compact(&self, name: &str) -> Result<Compact> {
         let beside = self.constant(name)? - &self.modal;
-        Ok(Compact { half_space: self.half_space, beside, seen: self.seen.clone() })
+        Ok(Compact { half_space: self.half_space, near: self.near.clone(), beside, seen: self.seen.clone() })
     }
 
     /// The contact rows of the body `name` in few numbers, after its modes are known.
     pub fn functions(&self, name: &str) -> Result<ContactFunctions> {
-        Ok(ContactFunctions { half_space: self.half_space, constant: self.constant(name)?, seen: self.seen.clone() })
+        let (near, seen) = (self.near.clone(), self.seen.clone());
+        Ok(ContactFunctions { half_space: self.half_space, near, constant: self.constant(name)?, seen })
     }
 
     /// Collective: static compliance of the contact rows of the body `name`, m/N, `[3n, 3n]` on rank 0. What is left
@@ -291,7 +330,7 @@ impl Hybrid {
     pub fn compliance(&self, world: &World, name: &str) -> Result<Option<Mat<f64>>> {
         let constant = self.constant(name)?;
         refuse_negative(world, &[(name, &self.compact(name)?)], &self.grids)?;
-        world.on_root(|| matrix(&self.half_space, &constant, &self.grids))
+        world.on_root(|| matrix(&self.half_space, &constant, (&self.grids, &self.near)))
     }
 
     /// Collective: static displacement of the contact rows of the body `name`, m, `[3n]` on rank 0, under forces on
@@ -308,6 +347,11 @@ impl Hybrid {
                 let own = c * all.subrows(first, rows(grid));
                 own.iter().enumerate().for_each(|(i, u)| moved[first + i] += u);
                 first += rows(grid);
+            }
+            if !self.near.is_empty() {
+                let mut between = Mat::zeros(self.rows(), self.rows());
+                add_between(&mut between, &self.half_space, (&self.grids, &self.near), 1.0)?;
+                moved += between * all;
             }
             Ok(moved.iter().copied().collect())
         })?;
@@ -385,9 +429,15 @@ pub fn half_spaces(half_space: &HalfSpace, grids: &[Lines]) -> Result<Mat<f64>> 
     Ok(all)
 }
 
-/// A half-space at each contact and what is `beside` it at the contact rows, m/N, `[3n, 3n]`.
-pub(super) fn matrix(half_space: &HalfSpace, beside: &Mat<f64>, grids: &[Lines]) -> Result<Mat<f64>> {
+/// A half-space at each contact, between contacts that are `near`, and what is `beside` it at the contact rows, m/N,
+/// `[3n, 3n]`.
+pub(super) fn matrix(
+    half_space: &HalfSpace,
+    beside: &Mat<f64>,
+    (grids, near): (&[Lines], &[NearPair]),
+) -> Result<Mat<f64>> {
     let mut c = half_spaces(half_space, grids)?;
+    add_between(&mut c, half_space, (grids, near), 1.0)?;
     add_functions(&mut c, &expansions(grids), beside.as_ref());
     Ok(c)
 }

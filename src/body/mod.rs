@@ -21,6 +21,7 @@ pub(crate) mod modal;
 pub(crate) mod mode_cache;
 pub(crate) mod mode_label;
 pub mod modes;
+pub mod near_contacts;
 pub mod nearest;
 pub(crate) mod place_table;
 pub(crate) mod positivity;

@@ -100,7 +100,7 @@ impl PlaceTable {
             (0..LOADS).for_each(|c| seen[(c, k)] = mode[c]);
         }
         let beside = Mat::from_fn(LOADS, LOADS, |i, j| square[i][j]);
-        Compact { half_space: self.half_space, beside, seen }
+        Compact { half_space: self.half_space, near: Vec::new(), beside, seen }
     }
 
     /// Distance of the interpolated body from the one `computed` at a place, over its size: the larger one of ψ̂ over
@@ -168,6 +168,7 @@ mod tests {
         let mode = rotate_loads(std::array::from_fn(|c| value(c) * (1.0 + y * radius * radius)), tilt);
         Compact {
             half_space: STEEL,
+            near: Vec::new(),
             beside: Mat::from_fn(LOADS, LOADS, |i, j| square[i][j]),
             seen: Mat::from_fn(LOADS, 1, |c, _| mode[c]),
         }

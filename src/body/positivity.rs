@@ -1,11 +1,13 @@
 //! Positivity of what is left of the compliance of a body without its modes.
 //!
 //! C + π D πᵀ with a positive C is positive just where 1 + LᵀDL is, LLᵀ = πᵀC⁻¹π. With several contacts C has a block
-//! for each, and so has πᵀC⁻¹π; D couples them.
+//! for each, and so has πᵀC⁻¹π; D couples them. Of contacts near each other, between which C acts as well, πᵀC⁻¹π is
+//! that of grids with fewer lines.
 
 use super::convolution::{Convolution, Product};
 use super::half_space::HalfSpace;
 use super::hybrid::{expansion, matrix, Compact, Lines, Square, LOADS};
+use super::near_contacts::stiffness;
 use crate::dense::dot;
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -23,11 +25,20 @@ const NEAR: f64 = 1e-6;
 pub fn refuse_negative(world: &World, bodies: &[(&str, &Compact)], grids: &[Lines]) -> Result<()> {
     // Of half-spaces of one Poisson's ratio one is as good as the other, and so are grids.
     let mut known: Vec<(f64, usize, Option<Square>)> = Vec::new();
-    for (name, Compact { half_space, beside, .. }) in bodies {
+    for (name, Compact { half_space, near, beside, .. }) in bodies {
         let order = beside.nrows();
         let numbers = (0..order * order).map(|k| beside[(k % order, k / order)]).collect();
         let left: Vec<f64> = world.broadcast(numbers);
         let left = Mat::from_fn(order, order, |i, j| left[i + order * j]);
+        if !near.is_empty() {
+            let coarse = || -> Result<Option<bool>> {
+                let held = stiffness(half_space.poisson, (grids, near))?.map(|k| half_space.young * k);
+                Ok(held.and_then(|held| stays_positive(&held, &left)))
+            };
+            let positive = world.max(f64::from(u8::from(world.on_root(coarse)?.flatten() == Some(true)))) > 0.0;
+            refuse(name, grids.len(), positive)?;
+            continue;
+        }
         let mut punches = Vec::new();
         for (c, grid) in grids.iter().enumerate() {
             let same = |of: &&(f64, usize, Option<Square>)| of.0 == half_space.poisson && grids[of.1] == *grid;
@@ -42,21 +53,41 @@ pub fn refuse_negative(world: &World, bodies: &[(&str, &Compact)], grids: &[Line
             punches.push(punch.map(|p| p.map(|row| row.map(|v| v * half_space.young))));
         }
         let punches: Option<Vec<Square>> = punches.into_iter().collect();
-        let positive = match punches.and_then(|punches| stays_positive(&punches, &left)) {
+        let positive = match punches.and_then(|punches| stays_positive(&diagonal(&punches), &left)) {
             Some(positive) => positive,
             None => {
-                let dense = || Ok(matrix(half_space, &left, grids)?.llt(faer::Side::Lower).is_ok());
+                let dense = || Ok(matrix(half_space, &left, (grids, near))?.llt(faer::Side::Lower).is_ok());
                 world.max(f64::from(u8::from(world.on_root(dense)? == Some(true)))) > 0.0
             }
         };
-        if !positive {
-            return Err(Error::NotConverged(format!(
-                "compliance of body \"{name}\": what is left of it without its modes is not positive definite; \
-                 ask for fewer modes, or make the contact grid smaller (contact.patch, contact.grid)"
-            )));
-        }
+        refuse(name, grids.len(), positive)?;
     }
     Ok(())
+}
+
+/// An error where what is left of a body with some contacts is not `positive`.
+fn refuse(name: &str, contacts: usize, positive: bool) -> Result<()> {
+    if positive {
+        return Ok(());
+    }
+    let near = match contacts {
+        1 => "",
+        _ => {
+            ". What contacts with unlike normals do to each other is known roughly where they lie within the length of \
+             their grids, as flange root and flange in a wide curve: take one of them, contact.places = \"one\""
+        }
+    };
+    Err(Error::NotConverged(format!(
+        "compliance of body \"{name}\": what is left of it without its modes is not positive definite; \
+         ask for fewer modes, or make the contact grid smaller (contact.patch, contact.grid){near}"
+    )))
+}
+
+/// Matrix with these blocks on its diagonal, `[9T, 9T]`.
+fn diagonal(blocks: &[Square]) -> Mat<f64> {
+    let order = LOADS * blocks.len();
+    let of = |i: usize, j: usize| if i / LOADS == j / LOADS { blocks[i / LOADS][i % LOADS][j % LOADS] } else { 0.0 };
+    Mat::from_fn(order, order, of)
 }
 
 /// Collective: πᵀC⁻¹π of a half-space of 1 Pa and of a Poisson's ratio on a grid, m and so on: by the forces that
@@ -100,12 +131,9 @@ fn forces(product: &mut Product<'_, f64>, motion: &[f64]) -> Option<Vec<f64>> {
     None
 }
 
-/// Returns whether 1 + LᵀDL, LLᵀ = `punches` on the diagonal, D = `left`, is positive definite; none where that is not
-/// certain.
-fn stays_positive(punches: &[Square], left: &Mat<f64>) -> Option<bool> {
-    let order = LOADS * punches.len();
-    let of = |i: usize, j: usize| if i / LOADS == j / LOADS { punches[i / LOADS][i % LOADS][j % LOADS] } else { 0.0 };
-    let factor = Mat::from_fn(order, order, of).llt(faer::Side::Lower).ok()?;
+/// Returns whether 1 + LᵀDL, LLᵀ = `held`, D = `left`, is positive definite; none where that is not certain.
+fn stays_positive(held: &Mat<f64>, left: &Mat<f64>) -> Option<bool> {
+    let factor = held.llt(faer::Side::Lower).ok()?;
     let grown = factor.L().transpose() * (left * factor.L());
     let values = grown.self_adjoint_eigenvalues(faer::Side::Lower).ok()?;
     let lowest = 1.0 + values.into_iter().fold(f64::INFINITY, f64::min);
@@ -145,7 +173,7 @@ mod tests {
                 let mut whole = c.clone();
                 add_functions(&mut whole, &pi, left.as_ref());
                 let factor = whole.llt(faer::Side::Lower).is_ok();
-                assert_eq!(stays_positive(&[punch], &left), Some(factor), "{k} {part}");
+                assert_eq!(stays_positive(&diagonal(&[punch]), &left), Some(factor), "{k} {part}");
                 assert!(factor || part < -1.0, "{k} {part}");
                 answers[usize::from(factor)] += 1;
             }

@@ -13,10 +13,11 @@
 use super::hybrid::{Compact, ContactFunctions};
 use super::mode_cache::CachedModes;
 use super::modes::Extent;
+use super::near_contacts::NearPair;
 use super::rotation::ModalRotation;
 use super::{ElasticBody, Kind, ModeLabel, ProgressFn, TraceModes};
 use crate::parallel::World;
-use crate::swept::Infinite;
+use crate::swept::{Infinite, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 use std::collections::BTreeMap;
@@ -157,8 +158,9 @@ impl ElasticBody for SeparateBodies<'_> {
         let Some(each) = each.into_iter().collect::<Option<Vec<Compact>>>() else { return Ok(None) };
         let seen = self.joined_modes(&each.iter().map(|of| &of.seen).collect::<Vec<_>>());
         let half_space = each.first().map(|of| of.half_space);
+        let near = joined_pairs(each.iter().map(|of| (&of.near[..], of.seen.nrows() / LOADS)));
         let beside = diagonal(&each.into_iter().map(|of| of.beside).collect::<Vec<_>>());
-        Ok(half_space.map(|half_space| Compact { half_space, beside, seen }))
+        Ok(half_space.map(|half_space| Compact { half_space, near, beside, seen }))
     }
 
     fn contact_functions(&self) -> Result<Option<ContactFunctions>> {
@@ -166,8 +168,9 @@ impl ElasticBody for SeparateBodies<'_> {
         let Some(each) = each.into_iter().collect::<Option<Vec<ContactFunctions>>>() else { return Ok(None) };
         let seen = self.joined_modes(&each.iter().map(|of| &of.seen).collect::<Vec<_>>());
         let half_space = each.first().map(|of| of.half_space);
+        let near = joined_pairs(each.iter().map(|of| (&of.near[..], of.seen.nrows() / LOADS)));
         let constant = diagonal(&each.into_iter().map(|of| of.constant).collect::<Vec<_>>());
-        Ok(half_space.map(|half_space| ContactFunctions { half_space, constant, seen }))
+        Ok(half_space.map(|half_space| ContactFunctions { half_space, near, constant, seen }))
     }
 
     fn modes(&mut self, extent: Extent, steps: &mut ProgressFn) -> Result<TraceModes> {
@@ -246,4 +249,14 @@ impl ElasticBody for SeparateBodies<'_> {
         }
         Ok(all)
     }
+}
+
+/// Pairs of near contacts of bodies one after the other, each with its number of contacts.
+fn joined_pairs<'a>(each: impl Iterator<Item = (&'a [NearPair], usize)>) -> Vec<NearPair> {
+    let (mut all, mut first) = (Vec::new(), 0);
+    for (near, contacts) in each {
+        all.extend(near.iter().map(|pair| NearPair { contacts: pair.contacts.map(|c| first + c), ..*pair }));
+        first += contacts;
+    }
+    all
 }

@@ -1,7 +1,7 @@
 //! The lateral shift at which a wheel exerts a given vertical force on its rail and bears a given lateral one.
 //!
-//! Each place has the normal force N of Hertz' contact and the tangential force T of a creep law, as of a vehicle in its
-//! curve ([`crate::curving`]). At each shift y the height follows from the vertical force, and the shift from the
+//! Each place has the normal force N of Hertz' contact and the tangential force T of a creep law, as of a vehicle in
+//! its curve ([`crate::curving`]). At each shift y the height follows from the vertical force, and the shift from the
 //! lateral one:
 //!
 //! Q = Σ (N cos δ − T sin δ),   Y(y) = Σ (N sin δ + T cos δ).
@@ -187,10 +187,10 @@ mod tests {
         example::wheel_on_rail(&sets.iter().map(String::as_str).collect::<Vec<_>>())
     }
 
-    /// A wheel between flange root and flange is brought back to its shift by the lateral force that it bears there; its
-    /// mirror image on the other rail by the opposite one.
+    /// A wheel between flange root and flange is shifted farther by a larger lateral force, and its mirror image on the
+    /// other rail by the opposite force to the opposite side.
     #[test]
-    fn the_lateral_force_at_a_shift_leads_back_to_it() {
+    fn the_shift_follows_the_lateral_force() {
         let mut job = wheel(Some(0.0));
         let (found, places) = balance(&job, [60e3, -30e3]).unwrap();
         assert!((6.2e-3..6.8e-3).contains(&found), "{found}");

@@ -2,6 +2,7 @@
 
 use super::{adapt, CoupledModel, IntrinsicDamping, SharedModel};
 use crate::body::hybrid::{add_functions, expansions, Compact, Lines, LOADS};
+use crate::body::near_contacts::add_between;
 use crate::body::{Convolution, ModalMatrix, Side, TraceModes};
 use crate::grid::Interface;
 use crate::job::Job;
@@ -45,8 +46,13 @@ impl SharedModel {
         let first = of_lower.seen.ncols();
         let omega: Vec<f64> = lower.omega.iter().chain(&upper.omega).copied().collect();
         let local = stacked(&convolutions);
+        let mut base = local.clone();
+        // E W E: motions along x and y of the upper body have the other sign.
+        for (of, sign) in [(of_lower, 1.0), (of_upper, Side::Upper.sign(0))] {
+            add_between(&mut base, &of.half_space, (grids, &of.near), sign)?;
+        }
         let with = |functions: &Mat<f64>| {
-            let mut matrix = local.clone();
+            let mut matrix = base.clone();
             add_functions(&mut matrix, &pi, functions.as_ref());
             matrix
         };

@@ -21,6 +21,7 @@ use owners::{owners, Owner};
 pub use crate::body::convolution::Product;
 pub use crate::body::half_space::HalfSpace;
 pub use crate::body::hybrid::{ContactFunctions, Lines, LOADS};
+pub use crate::body::near_contacts::NearPair;
 pub use crate::body::rotation::{ModalRotation, RotationTerms};
 pub use crate::body::{Convolution, ModalBlock, ModalMatrix, ModeLabel, TraceModes};
 pub use damping::{damping, IntrinsicDamping};

@@ -279,18 +279,27 @@ fn a_wheel_bears_a_vertical_and_a_lateral_force() {
     Folder::with(alike.to_string()).call(1, "run", &[]).failed(2, &["hardly depends on how its contacts share"]);
 }
 
-/// Places of swept bodies that are too near each other, with normals alike, are told to be one contact.
+/// Tread and gauge corner of swept bodies lie near each other with almost the same normal: the half-space acts between
+/// them, and what is left without the modes is positive.
 #[test]
-fn near_places_with_alike_normals_are_refused() {
+fn near_places_with_alike_normals_act_on_each_other() {
     let mut job = job("wheel-at-given-yaw.json");
     let contact = &mut job["contact"];
     contact["normal_load"] = Value::Null;
     contact["vertical_load"] = json!(60e3);
     contact["places"] = json!("all");
     (contact["placement"]["lateral"], contact["placement"]["yaw"]) = (json!(4.95e-3), json!(-2e-3));
-    job["analyses"] = json!({ "modes": { "max_frequency": 600 }, "steady": {} });
+    job["analyses"] = json!({ "modes": { "max_frequency": 600 }, "steady": {}, "stability": {} });
     let folder = Folder::with(job.to_string());
-    folder.call(1, "run", &[]).failed(2, &["contacts 1 and 2", "one grid that spans both"]);
+    folder.call(1, "run", &[]).good();
+    let pairs = numbers(&folder, "reduced/lower/near_contacts");
+    assert!(pairs.len() == 4 && pairs[..2] == [0.0, 1.0] && pairs[3].abs() > 5e-3, "{pairs:?}");
+    let found = numbers(&folder, "stability/growth_rate");
+    let model = folder.text("job.h5");
+    folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("again.h5")]).good();
+    let again = hdf5::File::open(folder.path("again.h5")).expect("a result");
+    let again: Vec<f64> = again.dataset("stability/growth_rate").and_then(|d| d.read_raw()).expect("rates");
+    assert_eq!(found, again);
 }
 
 /// Refusals of what places need and do not go with.

@@ -4,7 +4,8 @@ use super::super::{sha256, Reader, Table, Values};
 use crate::grid::Interface;
 use crate::job::{differences, fe_inputs, Job};
 use crate::model::{
-    ContactFunctions, ContactTrace, HalfSpace, Lines, ModalRotation, ModeLabel, ReducedModel, TraceModes, LOADS,
+    ContactFunctions, ContactTrace, HalfSpace, Lines, ModalRotation, ModeLabel, NearPair, ReducedModel, TraceModes,
+    LOADS,
 };
 use crate::{Error, Result};
 use faer::Mat;
@@ -90,12 +91,25 @@ fn of_functions(place: &str, of: &ContactFunctions) -> Vec<Table> {
     let beside = "Compliance beside the half-spaces between the functions of all contacts, nine each: (1, x, y) times \
                   the directions x, y, n.";
     let seen = "Amplitudes of these functions in the mass-normalised modes, in lower form.";
-    vec![
+    let mut tables = vec![
         Table::scalar(&path("young"), "Pa", "Young's modulus of the half-space at each contact.", young),
         Table::scalar(&path("poisson"), "1", "Poisson's ratio of the half-space at each contact.", poisson),
         Table::new(&path("function_compliance"), "m/N", beside, &[order, order], by_rows(&of.constant)),
         Table::new(&path("function_modes"), "kg^-1/2", seen, &[order, count], by_rows(&of.seen)),
-    ]
+    ];
+    if !of.near.is_empty() {
+        let text = "Pairs of contacts that act on each other through one half-space: their numbers from 0, and the \
+                    place of the second one from the first along x and y, m.";
+        let pairs = of.near.iter().flat_map(|pair| pair.contacts.map(|c| c as f64).into_iter().chain(pair.apart));
+        tables.push(Table::new(
+            &path("near_contacts"),
+            "1, 1, m, m",
+            text,
+            &[of.near.len(), 4],
+            pairs.collect::<Vec<f64>>(),
+        ));
+    }
+    tables
 }
 
 /// Datasets of the grid lines of the contact `number`, from 0.
@@ -303,7 +317,20 @@ pub fn load(reader: &Reader, job: &Job) -> Result<ReusedModel> {
                     _ => Err(Error::Input(format!("{name}: {}: expected one number", path(what)))),
                 };
                 let half_space = HalfSpace { young: one("young")?, poisson: one("poisson")? };
-                let few = ContactFunctions { half_space, constant, seen };
+                let pairs = match reader.has(&path("near_contacts")) {
+                    true => line(&path("near_contacts"))?,
+                    false => Vec::new(),
+                };
+                let pair = |v: &[f64]| NearPair { contacts: [v[0] as usize, v[1] as usize], apart: [v[2], v[3]] };
+                let near: Vec<NearPair> = pairs.chunks_exact(4).map(pair).collect();
+                if near.iter().any(|pair| pair.contacts[0] >= pair.contacts[1] || pair.contacts[1] >= grids.len()) {
+                    return Err(Error::Input(format!(
+                        "{name}: {}: expected pairs of the {} contacts",
+                        path("near_contacts"),
+                        grids.len()
+                    )));
+                }
+                let few = ContactFunctions { half_space, near, constant, seen };
                 let (compliance, contact_modes) = few.on_grids(&grids)?;
                 compliances.push(compliance);
                 functions[i] = Some(few);
