@@ -120,26 +120,27 @@ pub fn near_pairs(
     Ok((pairs, remarks))
 }
 
-/// The place `apart` of one grid from another, m, moved across the path until no rectangles of their nodes overlap: the
-/// plane grids of contacts on a round surface reach over each other.
+/// Ends of the rectangles around the nodes of a line, m.
+fn ends(lines: &[f64]) -> [f64; 2] {
+    let last = lines.len() - 1;
+    [lines[0] - 0.5 * (lines[1] - lines[0]), lines[last] + 0.5 * (lines[last] - lines[last - 1])]
+}
+
+/// The place `apart` of one grid from another, m, moved by the shorter way until no rectangles of their nodes overlap:
+/// the plane grids of contacts on a round surface reach over each other.
 fn beside_each_other([one, other]: [&Lines; 2], apart: [f64; 2]) -> [f64; 2] {
-    // Ends of the rectangles around the nodes along a direction.
-    let ends = |lines: &[f64], shift: f64| {
-        let last = lines.len() - 1;
-        [lines[0] - 0.5 * (lines[1] - lines[0]), lines[last] + 0.5 * (lines[last] - lines[last - 1])].map(|v| v + shift)
-    };
-    let overlap = |c: usize, sign: f64| {
-        let (own, theirs) = (ends(&one[c], 0.0), ends(&other[c], apart[c]));
-        if sign < 0.0 {
-            theirs[1] - own[0]
-        } else {
-            own[1] - theirs[0]
+    // Move that makes the second grid begin where the first one ends, the way that it lies.
+    let [along, across] = [0, 1].map(|c| {
+        let (own, theirs) = (ends(&one[c]), ends(&other[c]).map(|end| end + apart[c]));
+        match apart[c] < 0.0 {
+            true => own[0] - theirs[1],
+            false => own[1] - theirs[0],
         }
-    };
-    let sign = if apart[1] < 0.0 { -1.0 } else { 1.0 };
-    let (along, across) = (overlap(0, 1.0).min(overlap(0, -1.0)), overlap(1, sign));
-    match along > 0.0 && across > 0.0 {
-        true => [apart[0], apart[1] + sign * across],
+    });
+    let overlaps = |c: usize, by: f64| by != 0.0 && (by < 0.0) == (apart[c] < 0.0);
+    match overlaps(0, along) && overlaps(1, across) {
+        true if along.abs() < across.abs() => [apart[0] + along, apart[1]],
+        true => [apart[0], apart[1] + across],
         false => apart,
     }
 }
@@ -269,9 +270,11 @@ pub(crate) fn add_between(
 pub(super) fn stiffness(poisson: f64, (grids, near): (&[Lines], &[NearPair])) -> Result<Option<Mat<f64>>> {
     let nodes = grids.iter().map(rows).sum::<usize>() / 3;
     let stride = (nodes as f64 / THINNED as f64).sqrt().ceil().max(1.0) as usize;
-    let thin = |lines: &Vec<f64>| match lines.len() > 2 * stride {
-        true => lines.iter().copied().step_by(stride).collect(),
-        false => lines.clone(),
+    let thin = |lines: &Vec<f64>| -> Vec<f64> {
+        // Rectangles that cover what those of all lines cover.
+        let [first, last] = ends(lines);
+        let count = lines.len().div_ceil(stride).max(3);
+        (0..count).map(|k| first + (last - first) * (k as f64 + 0.5) / count as f64).collect()
     };
     let grids: Vec<Lines> = grids.iter().map(|[x, y]| [thin(x), thin(y)]).collect();
     let half_space = HalfSpace { young: 1.0, poisson };

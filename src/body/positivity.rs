@@ -31,11 +31,14 @@ pub fn refuse_negative(world: &World, bodies: &[(&str, &Compact)], grids: &[Line
         let left: Vec<f64> = world.broadcast(numbers);
         let left = Mat::from_fn(order, order, |i, j| left[i + order * j]);
         if !near.is_empty() {
-            let coarse = || -> Result<Option<bool>> {
+            let is_positive = || -> Result<bool> {
                 let held = stiffness(half_space.poisson, (grids, near))?.map(|k| half_space.young * k);
-                Ok(held.and_then(|held| stays_positive(&held, &left)))
+                match held.and_then(|held| stays_positive(&held, &left)) {
+                    Some(positive) => Ok(positive),
+                    None => Ok(matrix(half_space, &left, (grids, near))?.llt(faer::Side::Lower).is_ok()),
+                }
             };
-            let positive = world.max(f64::from(u8::from(world.on_root(coarse)?.flatten() == Some(true)))) > 0.0;
+            let positive = world.max(f64::from(u8::from(world.on_root(is_positive)? == Some(true)))) > 0.0;
             refuse(name, grids.len(), positive)?;
             continue;
         }
@@ -73,8 +76,8 @@ fn refuse(name: &str, contacts: usize, positive: bool) -> Result<()> {
     let near = match contacts {
         1 => "",
         _ => {
-            ". What contacts with unlike normals do to each other is known roughly where they lie within the length of \
-             their grids, as flange root and flange in a wide curve: take one of them, contact.places = \"one\""
+            ". Where contacts with unlike normals, such as flange root and flange, lie within the length of their \
+             grids, what they do to each other is known roughly: there take one of them, contact.places = \"one\""
         }
     };
     Err(Error::NotConverged(format!(

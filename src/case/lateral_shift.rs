@@ -21,8 +21,6 @@ const STEP: f64 = 0.1e-3;
 const HALVINGS: usize = 50;
 /// Part of the vertical force by which the lateral one may be missed.
 const ACCURACY: f64 = 1e-6;
-/// Part of the vertical force below which a normal force is none.
-const UNLOADED: f64 = 1e-4;
 
 /// A wheel under a vertical force that may be shifted.
 struct ShiftedWheel<'a> {
@@ -45,11 +43,6 @@ impl AtShift {
     fn force(&self) -> f64 {
         self.forces.iter().filter(|f| f.is_loaded()).map(ContactForce::lateral).sum()
     }
-
-    /// Number of places that carry more than `least`, N.
-    fn carrying(&self, least: f64) -> usize {
-        self.forces.iter().filter(|f| f.is_loaded() && f.normal > least).count()
-    }
 }
 
 impl ShiftedWheel<'_> {
@@ -68,9 +61,36 @@ impl ShiftedWheel<'_> {
     }
 
     fn at(&self, lateral: f64) -> Result<AtShift> {
-        let places = self.movable.places(lateral, self.motion.yaw, self.motion.roll)?;
+        self.on(lateral, self.movable.places(lateral, self.motion.yaw, self.motion.roll)?)
+    }
+
+    fn on(&self, lateral: f64, places: Vec<ContactPlace>) -> Result<AtShift> {
         let forces = self.forces(&places, 1.0)?;
         Ok(AtShift { lateral, places, forces })
+    }
+
+    /// The wheel at the shifts at which it lies over its rail; the first error of its forces where there are none.
+    fn at_all(&self) -> Result<Vec<AtShift>> {
+        let count = (FARTHEST / STEP).round() as i32;
+        let (mut tried, mut failed) = (Vec::new(), None);
+        for lateral in (-count..=count).map(|k| f64::from(k) * STEP) {
+            let Ok(places) = self.movable.places(lateral, self.motion.yaw, self.motion.roll) else { continue };
+            match self.on(lateral, places) {
+                Ok(at) => tried.push(at),
+                Err(e) => failed = failed.or(Some(e)),
+            }
+        }
+        match failed {
+            Some(e) if tried.is_empty() => Err(e),
+            _ => Ok(tried),
+        }
+    }
+
+    /// The places that carry load at a shift.
+    fn loaded(&self, at: &AtShift) -> Result<Vec<LoadedPlace>> {
+        let heavier = self.forces(&at.places, HEAVIER)?;
+        let normal = |of: &[ContactForce]| of.iter().map(|f| f.normal.max(0.0)).collect::<Vec<f64>>();
+        Ok(loaded(&at.places, self.vertical, [&normal(&at.forces), &normal(&heavier)]))
     }
 
     /// The shift between two others at which the lateral force is `wanted`, N; none where it jumps over it.
@@ -115,9 +135,7 @@ pub(super) fn balance(job: &Job, [vertical, wanted]: [f64; 2]) -> Result<(f64, V
         right: placement.side == TrackSide::Right,
         vertical,
     };
-    let count = (FARTHEST / STEP).round() as i32;
-    // Far from the middle the wheel does not lie over its rail.
-    let tried: Vec<AtShift> = (-count..=count).filter_map(|k| wheel.at(f64::from(k) * STEP).ok()).collect();
+    let tried = wheel.at_all()?;
     let mut found = Vec::new();
     for pair in tried.windows(2) {
         let [low, high] = [&pair[0], &pair[1]];
@@ -128,18 +146,15 @@ pub(super) fn balance(job: &Job, [vertical, wanted]: [f64; 2]) -> Result<(f64, V
     let told = |at: &AtShift| format!("{:.4} mm", 1e3 * at.lateral);
     match &found[..] {
         [] => Err(not_borne(&tried, wanted)),
-        [one] if one.carrying(UNLOADED * vertical) < 2 => Err(Error::Job(format!(
+        [one] => match wheel.loaded(one)? {
+            places if places.len() > 1 => Ok((one.lateral, places)),
+            _ => Err(Error::Job(format!(
             "contact.lateral_force: found {wanted} N, which one place of contact carries, at a shift of {}; expected \
              a force that two places share. One place has the lateral force that its contact angle and friction \
              give: give contact.placement.lateral in the place of contact.lateral_force",
             told(one)
         ))),
-        [one] => {
-            let heavier = wheel.forces(&one.places, HEAVIER)?;
-            let normal = |of: &[ContactForce]| of.iter().map(|f| f.normal.max(0.0)).collect::<Vec<f64>>();
-            let places = loaded(&one.places, vertical, [&normal(&one.forces), &normal(&heavier)]);
-            Ok((one.lateral, places))
-        }
+        },
         several => Err(Error::Job(format!(
             "contact.lateral_force: found {wanted} N, which the wheel bears at several shifts ({}); expected one: give \
              contact.placement.lateral in the place of contact.lateral_force",
@@ -159,6 +174,15 @@ fn not_borne(tried: &[AtShift], wanted: f64) -> Error {
     };
     let forces = || tried.iter().map(AtShift::force);
     let (least, most) = (forces().fold(f64::INFINITY, f64::min), forces().fold(f64::NEG_INFINITY, f64::max));
+    let crossed = tried.windows(2).find(|pair| (pair[0].force() - wanted) * (pair[1].force() - wanted) <= 0.0);
+    if let Some(pair) = crossed {
+        return Error::Job(format!(
+            "contact.lateral_force: found {wanted} N, which the wheel bears at no shift that it would stay at: near \
+             {:.1} mm its lateral force jumps over it, or grows with the shift; give contact.placement.lateral in the \
+             place of contact.lateral_force",
+            1e3 * pair[1].lateral
+        ));
+    }
     Error::Job(format!(
         "contact.lateral_force: found {wanted} N on the wheel, positive to the right; expected from {least:.0} to \
          {most:.0} N, which this wheel bears at shifts from {:.1} to {:.1} mm: beyond that it climbs its rail",

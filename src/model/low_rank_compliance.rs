@@ -46,19 +46,19 @@ impl SharedModel {
         let first = of_lower.seen.ncols();
         let omega: Vec<f64> = lower.omega.iter().chain(&upper.omega).copied().collect();
         let local = stacked(&convolutions);
-        let mut base = local.clone();
         // E W E: motions along x and y of the upper body have the other sign.
-        for (of, sign) in [(of_lower, 1.0), (of_upper, Side::Upper.sign(0))] {
-            add_between(&mut base, &of.half_space, (grids, &of.near), sign)?;
-        }
-        let with = |functions: &Mat<f64>| {
-            let mut matrix = base.clone();
+        let near = [(of_lower, 1.0), (of_upper, Side::Upper.sign(0))];
+        let with = |functions: &Mat<f64>| -> Result<Mat<f64>> {
+            let mut matrix = local.clone();
+            for (of, sign) in near {
+                add_between(&mut matrix, &of.half_space, (grids, &of.near), sign)?;
+            }
             add_functions(&mut matrix, &pi, functions.as_ref());
-            matrix
+            Ok(matrix)
         };
         let mut pair = CoupledModel {
             compliance: Mat::zeros(0, 0),
-            residual: with(&beside),
+            residual: with(&beside)?,
             local: None,
             // Of several contacts the matrix alone.
             convolution: if convolutions.len() == 1 { convolutions.pop() } else { None },
@@ -80,7 +80,7 @@ impl SharedModel {
         let turned = pair.turning.is_some();
         let modal = |i: usize, j: usize| if turned { modal[(j, i)] } else { modal[(i, j)] };
         let whole = Mat::from_fn(order, order, |i, j| beside[(i, j)] + modal(i, j));
-        pair.compliance = with(&whole);
+        pair.compliance = with(&whole)?;
         pair.local = Some(local);
         Ok(Self { interface, pair, own, rotation, last })
     }

@@ -17,7 +17,11 @@ const DIFFERENCE: f64 = 1e-3;
 const LARGEST_CHANGE: f64 = 0.3;
 /// Part of the tolerance to which the contact under prescribed motions is solved.
 const INNER: f64 = 0.1;
+/// Smallest tolerance that it is solved to.
+const FLOOR: f64 = 2e-13;
 const MOST_STEPS: usize = 30;
+/// Halvings of a step that leads to no contact, or to one that is not found.
+const HALVINGS: usize = 6;
 /// Independence of the resultants from which on they determine the motions.
 const DETERMINED: f64 = 0.02;
 
@@ -57,7 +61,7 @@ impl SteadyProblem<'_> {
         let unknown = self.loads.unknown();
         let mut spent = [0; 2];
         let mut at = |motions: &[f64], start: StartStresses| -> Result<Trial> {
-            let tolerance = INNER * self.tolerance;
+            let tolerance = (INNER * self.tolerance).max(FLOOR).min(self.tolerance);
             let problem = Self { loads: self.loads.held_at(motions), tolerance, ..self.clone() };
             let start = StartStresses { motions: motions.to_vec(), ..start };
             let solution = problem.solve_with(Some(start), &mut None)?;
@@ -109,8 +113,22 @@ impl SteadyProblem<'_> {
             let change = approaches.iter().fold(0.0, |m, d| f64::max(m, d.abs()));
             let part = f64::min(1.0, LARGEST_CHANGE * largest(&here) / change);
             step.iter_mut().for_each(|d| *d *= part);
-            let next: Vec<f64> = motions.iter().zip(moved(&step)).map(|(d, by)| d + by).collect();
-            let there = at(&next, StartStresses::from_solution(&here.solution))?;
+            let mut tried = Err(undetermined());
+            let mut next = motions.clone();
+            for _ in 0..HALVINGS {
+                next = motions.iter().zip(moved(&step)).map(|(d, by)| d + by).collect();
+                tried = match at(&next, StartStresses::from_solution(&here.solution)) {
+                    Ok(there) if there.solution.pressure.iter().any(|p| *p > 0.0) => Ok(there),
+                    Ok(_) => Err(undetermined()),
+                    Err(e @ (Error::NotConverged(_) | Error::Job(_))) => Err(e),
+                    Err(e) => return Err(e),
+                };
+                if tried.is_ok() {
+                    break;
+                }
+                step.iter_mut().for_each(|d| *d *= 0.5);
+            }
+            let there = tried?;
             let length: f64 = step.iter().map(|d| d * d).sum();
             for row in 0..n {
                 let expected: f64 = (0..n).map(|column| derivative[n * row + column] * step[column]).sum();

@@ -16,6 +16,8 @@ use std::path::Path;
 const VERSION: i64 = 3;
 /// The same of a group that keeps the contact rows as few numbers.
 const OF_FUNCTIONS: i64 = 4;
+/// The same where contacts act on each other through one half-space.
+const OF_NEAR_CONTACTS: i64 = 5;
 
 /// Contents of the group `/reduced` beside the model.
 #[derive(Debug, Clone, Default)]
@@ -34,8 +36,13 @@ const ALONE: &str = "/reduced/alone";
 /// On rank 0: the group `/reduced` of the `model`.
 pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Table>> {
     let s = &model.interface;
-    let few = origin.functions.iter().any(Option::is_some);
-    let mut tables = head(job, origin.alike, if few { OF_FUNCTIONS } else { VERSION })?;
+    let few = || origin.functions.iter().flatten();
+    let version = match few().any(|of| !of.near.is_empty()) {
+        true => OF_NEAR_CONTACTS,
+        false if few().next().is_some() => OF_FUNCTIONS,
+        false => VERSION,
+    };
+    let mut tables = head(job, origin.alike, version)?;
     for (number, patch) in s.patches.iter().enumerate() {
         let [x, y] = lines_of(number);
         tables.push(Table::list(&x, "m", "Longitudinal positions of the grid lines.", patch.x.clone()));
@@ -255,9 +262,9 @@ pub fn load(reader: &Reader, job: &Job) -> Result<ReusedModel> {
         Values::I64(v) if v[..] == [1] => 1,
         _ => integer("/reduced/version")?,
     };
-    if ![VERSION, OF_FUNCTIONS].contains(&version) {
+    if ![VERSION, OF_FUNCTIONS, OF_NEAR_CONTACTS].contains(&version) {
         return Err(Error::Input(format!(
-            "{name}: its reduced model has version {version}, this program reads {VERSION} and {OF_FUNCTIONS}; make \
+            "{name}: its reduced model has version {version}, this program reads {VERSION} to {OF_NEAR_CONTACTS}; make \
              the file again"
         )));
     }
@@ -323,7 +330,8 @@ pub fn load(reader: &Reader, job: &Job) -> Result<ReusedModel> {
                 };
                 let pair = |v: &[f64]| NearPair { contacts: [v[0] as usize, v[1] as usize], apart: [v[2], v[3]] };
                 let near: Vec<NearPair> = pairs.chunks_exact(4).map(pair).collect();
-                if near.iter().any(|pair| pair.contacts[0] >= pair.contacts[1] || pair.contacts[1] >= grids.len()) {
+                let is_pair = |pair: &NearPair| pair.contacts[0] < pair.contacts[1] && pair.contacts[1] < grids.len();
+                if pairs.len() % 4 != 0 || pairs.iter().any(|v| !v.is_finite()) || !near.iter().all(is_pair) {
                     return Err(Error::Input(format!(
                         "{name}: {}: expected pairs of the {} contacts",
                         path("near_contacts"),
