@@ -1,9 +1,9 @@
 //! Contacts of a body that lie near each other on one surface: they act on each other through one half-space.
 //!
-//! What one contact does to another falls like the inverse of their distance, and nine functions describe that over a
-//! contact only where it is small against the distance. Nearer contacts c and d with almost the same normal have the
-//! half-space between them as each has it by itself: both keep their own directions x, y and n, and the second one lies
-//! `apart` from the first along x and y. The functions describe what is left,
+//! The effect of one contact on another falls like the inverse of their distance, and nine functions describe it over a
+//! contact only where the contact is small against the distance. Nearer contacts c and d with almost the same normal
+//! have the half-space between them as each has it by itself: both keep their own directions x, y and n, and the second
+//! one lies `apart` from the first along x and y. The functions describe what is left,
 //!
 //! C_cd = W_hs(x_i − x_j − apart) + π_c (A_cd − A_hs,cd) π_dᵀ,
 //!
