@@ -4,7 +4,7 @@
 use railsqueal::fem::ElasticMaterial;
 use railsqueal::rails::R60E1;
 use railsqueal::swept::compliance::{pair_of, sum};
-use railsqueal::swept::{rotate_loads, BuiltRail, Constant, Forms, LoadCircle, RailTrack, Square, TrackLayer};
+use railsqueal::swept::{rotate_loads, BuiltRail, Constant, Forms, LoadPatch, RailTrack, Square, TrackLayer};
 use std::f64::consts::PI;
 
 const STEEL: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
@@ -18,8 +18,8 @@ fn pads() -> RailTrack {
 /// Compliance that a rail adds to the half-space under loads on a disc, in the frame of its surface at the contact,
 /// with orders up to `last`.
 fn constant(rail: &BuiltRail, last: Option<usize>) -> Square {
-    let patch = LoadCircle { radius: RADIUS };
-    let section = rail.for_loads(patch.radius).expect("a section");
+    let patch = LoadPatch::Circle { radius: RADIUS };
+    let section = rail.for_loads(RADIUS).expect("a section");
     let forms = Forms::along(section, STEEL, PERIOD, Some(&pads()), rail.contact().angle).expect("forms");
     let mut constant = Constant::new(&forms, &[patch], PERIOD / (2.0 * PI)).expect("a running line");
     if let Some(last) = last {

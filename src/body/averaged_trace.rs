@@ -7,7 +7,7 @@ use super::statics::Statics;
 use super::trace::{axis, Trace};
 use crate::grid::{ContactGrid, DiscAverage, Transfer, Weights};
 use crate::parallel::World;
-use crate::swept::{LoadCircle, LOADS};
+use crate::swept::{LoadPatch, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 
@@ -27,7 +27,7 @@ pub struct AveragedTrace {
     /// Lines of the grid of each contact along x and y, m.
     pub grids: Vec<Lines>,
     /// Sets of discs, one at each contact, and their means; wider ones second, where there is room for them.
-    pub discs: Vec<(Vec<LoadCircle>, Trace)>,
+    pub discs: Vec<(Vec<LoadPatch>, Trace)>,
     /// Positions of the contacts.
     pub positions: Vec<ContactPosition>,
 }
@@ -125,7 +125,7 @@ pub(super) fn trace(
             let of = |(discs, axes): &(&[DiscAverage], [[f64; 3]; 3])| weighted(&discs[set].weights, axes, nodes.first);
             Ok(discs.iter().map(of).collect::<Result<Vec<_>>>()?.concat())
         })?;
-        let patches: Vec<LoadCircle> = radii.into_iter().map(|radius| LoadCircle { radius }).collect();
+        let patches: Vec<LoadPatch> = radii.into_iter().map(|radius| LoadPatch::Circle { radius }).collect();
         all.push((patches, Trace::new(world, ranges, rows.as_deref())?));
     }
     let position = |(discs, [_, _, normal]): &(&[DiscAverage], [[f64; 3]; 3])| {
@@ -138,7 +138,7 @@ pub(super) fn trace(
     let positions =
         numbers.chunks_exact(6).map(|v| ContactPosition { point: three(&v[..3]), normal: three(&v[3..]) }).collect();
     let pi = expansions(&grids);
-    let moments: Vec<f64> = all[0].0.iter().flat_map(LoadCircle::moments).collect();
+    let moments: Vec<f64> = all[0].0.iter().flat_map(LoadPatch::moments).collect();
     let factors = Mat::from_fn(pi.nrows(), pi.ncols(), |i, k| pi[(i, k)] / moments[k]);
     Ok((all[0].1.clone().times(factors), Some(AveragedTrace { grids, discs: all, positions })))
 }
@@ -158,7 +158,7 @@ impl AveragedTrace {
             }
             statics.solve(&mut loads, count)?;
             let means = trace.gather(world, count, |k| &loads[k * owned..(k + 1) * owned]);
-            let moments: Vec<f64> = patches.iter().flat_map(LoadCircle::moments).collect();
+            let moments: Vec<f64> = patches.iter().flat_map(LoadPatch::moments).collect();
             let of = |m: &Mat<f64>, c: usize, d: usize| 0.5 * (m[(c, d)] + m[(d, c)]) / (moments[c] * moments[d]);
             let of = |c: usize, d: usize| means.as_ref().map_or(0.0, |m| of(m, c, d));
             let own = world.broadcast((0..count * count).map(|k| of(k / count, k % count)).collect::<Vec<f64>>());
@@ -176,7 +176,7 @@ impl AveragedTrace {
         mode: impl Fn(usize) -> &'v [f64],
     ) -> Option<Mat<f64>> {
         let (patches, trace) = self.discs.first()?;
-        let moments: Vec<f64> = patches.iter().flat_map(LoadCircle::moments).collect();
+        let moments: Vec<f64> = patches.iter().flat_map(LoadPatch::moments).collect();
         let rows = trace.gather(world, count, mode)?;
         Some(Mat::from_fn(moments.len(), count, |c, k| rows[(c, k)] / moments[c]))
     }

@@ -20,6 +20,7 @@ use crate::mesh::distribute::MeshPart;
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
 use crate::petsc::session::Petsc;
+use crate::swept::LoadPatch;
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
 use std::cell::{RefCell, RefMut};
@@ -145,9 +146,9 @@ impl ElasticBody for Elements<'_> {
             let yielding = means.yielding(world, &mut made, self.fe.dofs.owned())?;
             let circles: Vec<_> = means.discs.iter().map(|d| d.0.clone()).collect();
             let near = |e: Error| e.context(format!("compliance of body \"{}\"", self.fe.name));
-            let remarks = hybrid.find_near(&means.positions, &circles[0]).map_err(near)?;
+            let radii: Vec<f64> = circles[0].iter().map(LoadPatch::shorter).collect();
+            hybrid.find_near(&means.positions, &radii).map_err(near)?;
             text += &format!("; {}", hybrid.complete(&yielding, &circles)?);
-            remarks.iter().for_each(|remark| text += &format!("; {remark}"));
         }
         *self.statics.get_mut() = Some(made);
         Ok(Some(text))

@@ -202,7 +202,7 @@ impl HalfSpace {
         let mut all = hybrid::half_spaces(self, grids)?;
         let pair = |[c, d]: [usize; 2]| {
             let (here, there) = (places[c]?, places[d]?);
-            Some(NearPair { contacts: [c, d], apart: [0, 1].map(|k| there[k] - here[k]) })
+            Some(NearPair { contacts: [c, d], apart: [0, 1].map(|k| there[k] - here[k]), bend: 0.0 })
         };
         let pairs: Vec<NearPair> =
             (0..grids.len()).flat_map(|d| (0..d).map(move |c| [c, d])).filter_map(pair).collect();

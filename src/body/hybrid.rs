@@ -3,11 +3,11 @@
 //! the contacts; the half-space acts within each of them. Rows are stacked over the contacts.
 
 use super::half_space::HalfSpace;
-use super::near_contacts::{add_between, near_pairs, ContactPosition, NearPair};
+use super::near_contacts::{add_between, ends, near_pairs, ContactPosition, NearPair};
 use super::positivity::refuse_negative;
 use crate::parallel::World;
 use crate::swept::compliance::{pair_of, put, sum};
-use crate::swept::{rotate_load_pairs_between, Constant, Forms, HalfSpaceLoad, LoadCircle, Path, SectionContact};
+use crate::swept::{rotate_load_pairs_between, Constant, Forms, HalfSpaceLoad, LoadPatch, Path, SectionContact};
 use crate::{Error, Result};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -17,9 +17,9 @@ pub use crate::swept::{Square, LOADS};
 /// Part of the smaller half side of a grid that the circle of the loads has as its radius: about a contact that the
 /// grid holds with room to spare.
 pub const CIRCLE: f64 = 2.0 / 3.0;
-/// A second, wider circle shows how little the constant depends on it.
+/// A second patch of loads, a wider circle or a smaller rectangle, shows how little the constant depends on it.
 pub const WIDER: f64 = 1.5;
-/// A difference between both circles of more than this part of the contact's own compliance is called large.
+/// A difference between both patches of more than this part of the contact's own compliance is called large.
 const LARGE: f64 = 0.01;
 
 /// Lines of a contact grid along x and y, m.
@@ -43,6 +43,12 @@ pub(super) fn statics(omega: &[f64], seen: MatRef<'_, f64>) -> Mat<f64> {
 pub(crate) fn circle_radius(grid: [&[f64]; 2]) -> f64 {
     let half = |lines: &[f64]| 0.5 * (lines[lines.len() - 1] - lines[0]);
     CIRCLE * half(grid[0]).min(half(grid[1]))
+}
+
+/// The rectangle that the nodes of a grid stand for, as a patch of loads.
+fn rectangle([x, y]: &Lines) -> LoadPatch {
+    let ([back, front], [low, high]) = (ends(x), ends(y));
+    LoadPatch::Rectangle { half: [0.5 * (front - back), 0.5 * (high - low)], middle: 0.5 * (low + high) }
 }
 
 /// Number of contact rows of a grid, 3n.
@@ -111,8 +117,9 @@ pub struct Hybrid {
     /// Grid of each of T contacts.
     grids: Vec<Lines>,
     half_space: HalfSpace,
-    /// Contacts that act on each other through it.
+    /// Contacts that act on each other through it, and remarks on the others.
     near: Vec<NearPair>,
+    remarks: Vec<String>,
     /// Compliance beside the half-space, m/N and so on, `[9T, 9T]`; none before it is made.
     constant: Option<Mat<f64>>,
     /// Addition to that from elsewhere, as it is with the modes.
@@ -130,6 +137,7 @@ impl Hybrid {
         Self {
             half_space,
             near: Vec::new(),
+            remarks: Vec::new(),
             constant: None,
             beside: none(),
             seen: Mat::zeros(order, 0),
@@ -143,9 +151,39 @@ impl Hybrid {
         self.grids.iter().map(rows).sum()
     }
 
-    /// The circles of the loads, one of each contact.
-    pub fn circles(&self) -> Vec<LoadCircle> {
-        self.grids.iter().map(|[x, y]| LoadCircle { radius: circle_radius([x, y]) }).collect()
+    /// Says where the contacts of a section are, each with the angle of its grid against its loads, rad: which of them
+    /// act on each other through the half-space.
+    pub fn place(&mut self, path: Path, contacts: &[SectionContact], tilts: &[f64]) -> Result<()> {
+        let position = |(contact, tilt): (&SectionContact, &f64)| {
+            let (along, angle) = (contact.along(), tilt + contact.angle());
+            match path {
+                Path::Axle => ContactPosition::round(contact.touched(), along, angle),
+                Path::Line(_) => ContactPosition::straight(contact.origin(), along, angle),
+            }
+        };
+        let positions: Vec<ContactPosition> = contacts.iter().zip(tilts).map(position).collect();
+        let radii: Vec<f64> = self.grids.iter().map(|[x, y]| circle_radius([x, y])).collect();
+        self.find_near(&positions[..radii.len().min(positions.len())], &radii)
+    }
+
+    /// Finds the contacts that act on each other through the half-space by the `positions` of all and the radii of
+    /// their circles, m.
+    pub(super) fn find_near(&mut self, positions: &[ContactPosition], radii: &[f64]) -> Result<()> {
+        (self.near, self.remarks) = near_pairs(positions, radii, &self.grids)?;
+        Ok(())
+    }
+
+    /// The patches of the loads, one of each contact: circles, and rectangles of contacts near each other. A rectangle
+    /// covers its grid: rigid punches on the grid press little more evenly, and their compliance is what keeps the
+    /// whole positive definite. Slopes under loads on a small circle, extended to the ends of a slender grid, would
+    /// reach beyond the other contact.
+    pub fn patches(&self) -> Vec<LoadPatch> {
+        let is_near = |c: usize| self.near.iter().any(|pair| pair.contacts.contains(&c));
+        let of = |(c, grid): (usize, &Lines)| match is_near(c) {
+            true => rectangle(grid),
+            false => LoadPatch::Circle { radius: circle_radius([&grid[0], &grid[1]]) },
+        };
+        self.grids.iter().enumerate().map(of).collect()
     }
 
     /// Collective: makes what is added to the half-space from the `forms` of a section that is meshed for loads at its
@@ -158,48 +196,35 @@ impl Hybrid {
         contacts: &[SectionContact],
         tilts: &[f64],
     ) -> Result<Option<String>> {
-        let circles = self.circles();
-        if circles.is_empty() {
+        let patches = self.patches();
+        if patches.is_empty() {
             return Ok(None);
         }
-        let position = |(contact, tilt): (&SectionContact, &f64)| {
-            let place = (contact.origin(), contact.along(), tilt + contact.angle());
-            match forms.path {
-                Path::Axle => ContactPosition::round([contact.radius(), place.0[1]], place.1, place.2),
-                Path::Line(_) => ContactPosition::straight(place.0, place.1, place.2),
-            }
+        let second = |patch: &LoadPatch| match patch {
+            LoadPatch::Circle { .. } => patch.times(WIDER),
+            LoadPatch::Rectangle { .. } => patch.times(1.0 / WIDER),
         };
-        let positions: Vec<ContactPosition> = contacts.iter().zip(tilts).map(position).collect();
-        let remarks = self.find_near(&positions, &circles)?;
-        let wider: Vec<LoadCircle> =
-            circles.iter().map(|circle| LoadCircle { radius: WIDER * circle.radius }).collect();
+        let others: Vec<LoadPatch> = patches.iter().map(second).collect();
         // Beside a corner there is room for the one alone.
-        let both = Constant::of_contacts(forms, &[circles.clone(), wider.clone()], contacts);
-        let constant = both.or_else(|_| Constant::of_contacts(forms, std::slice::from_ref(&circles), contacts))?;
+        let both = Constant::of_contacts(forms, &[patches.clone(), others.clone()], contacts);
+        let constant = both.or_else(|_| Constant::of_contacts(forms, std::slice::from_ref(&patches), contacts))?;
         let mut made = in_grids(world, &constant, tilts)?;
-        made.iter_mut().zip([&circles, &wider]).for_each(|(all, set)| self.take_off_known(all, set));
-        let beside = self.keep_first(&made, &circles)?;
+        made.iter_mut().zip([&patches, &others]).for_each(|(all, set)| self.take_off_known(all, set));
+        let beside = self.keep_first(&made, &patches)?;
         let solved = format!(
             "section of {} unknowns solved at {} of the Fourier orders up to {}; {beside}",
             forms.order(),
             constant.blocks.len(),
             constant.blocks.iter().map(|b| b.0 + b.1 / 2).max().unwrap_or(0)
         );
-        Ok(Some([vec![solved], remarks].concat().join("; ")))
+        Ok(Some([vec![solved], self.remarks.clone()].concat().join("; ")))
     }
 
-    /// Finds the contacts that act on each other through the half-space by the `positions` of all; remarks on them.
-    pub(super) fn find_near(&mut self, positions: &[ContactPosition], circles: &[LoadCircle]) -> Result<Vec<String>> {
-        let (near, remarks) = near_pairs(positions, circles, &self.grids)?;
-        self.near = near;
-        Ok(remarks)
-    }
-
-    /// Takes what the half-space does between near contacts off `all` that loads on the `circles` do to each other,
+    /// Takes what the half-space does between near contacts off `all` that loads on the `patches` do to each other,
     /// `[9T, 9T]`.
-    fn take_off_known(&self, all: &mut Mat<f64>, circles: &[LoadCircle]) {
+    fn take_off_known(&self, all: &mut Mat<f64>, patches: &[LoadPatch]) {
         for pair in &self.near {
-            let (known, [c, d]) = (pair.share(&self.half_space, circles), pair.contacts);
+            let (known, [c, d]) = (pair.share(&self.half_space, patches), pair.contacts);
             for i in 0..LOADS {
                 for j in 0..LOADS {
                     all[(LOADS * c + i, LOADS * d + j)] -= known[i][j];
@@ -211,8 +236,8 @@ impl Hybrid {
 
     /// Keeps the compliance that `yielding`, Γ⁻¹BΓ⁻¹ of loads on sets of discs, `circles`, leaves beside the
     /// half-spaces; said in words, for the summary.
-    pub fn complete(&mut self, yielding: &[Mat<f64>], circles: &[Vec<LoadCircle>]) -> Result<String> {
-        let beside = |(b, set): (&Mat<f64>, &Vec<LoadCircle>)| -> Mat<f64> {
+    pub fn complete(&mut self, yielding: &[Mat<f64>], circles: &[Vec<LoadPatch>]) -> Result<String> {
+        let beside = |(b, set): (&Mat<f64>, &Vec<LoadPatch>)| -> Mat<f64> {
             let mut all = b.clone();
             for (c, &patch) in set.iter().enumerate() {
                 let load = HalfSpaceLoad { patch, shear: self.half_space.shear(), poisson: self.half_space.poisson };
@@ -225,23 +250,25 @@ impl Hybrid {
         };
         let made: Vec<Mat<f64>> = yielding.iter().zip(circles).map(beside).collect();
         let first = circles.first().cloned().unwrap_or_default();
-        let radii: Vec<String> = first.iter().map(|circle| format!("{:.2}", 1e3 * circle.radius)).collect();
+        let radii: Vec<String> = first.iter().map(|circle| format!("{:.2}", 1e3 * circle.shorter())).collect();
         let over = if radii.len() == 1 { "a disc" } else { "discs" };
-        Ok(format!("means over {over} of {} mm; {}", radii.join(" and "), self.keep_first(&made, &first)?))
+        let beside = self.keep_first(&made, &first)?;
+        let means = format!("means over {over} of {} mm; {beside}", radii.join(" and "));
+        Ok([vec![means], self.remarks.clone()].concat().join("; "))
     }
 
-    /// Keeps the first of `made`, what is added to the half-space by loads on the `circles` and on wider ones; in
+    /// Keeps the first of `made`, what is added to the half-space by loads on the `patches` and on other ones; in
     /// words.
-    fn keep_first(&mut self, made: &[Mat<f64>], circles: &[LoadCircle]) -> Result<String> {
+    fn keep_first(&mut self, made: &[Mat<f64>], patches: &[LoadPatch]) -> Result<String> {
         let Some(all) = made.first() else { return Err(Error::Defect("no compliance beside the half-space".into())) };
         self.constant = Some(all.clone());
         let mut texts = Vec::new();
-        for (c, circle) in circles.iter().enumerate() {
+        for (c, patch) in patches.iter().enumerate() {
             let of = |all: &Mat<f64>| pair_of(all.as_ref(), [c, c]);
-            let text = self.in_words(&of(all), made.get(1).map(of).as_ref(), *circle);
-            texts.push(if circles.len() == 1 { text } else { format!("contact {}: {text}", c + 1) });
+            let text = self.in_words(&of(all), made.get(1).map(of).as_ref(), *patch);
+            texts.push(if patches.len() == 1 { text } else { format!("contact {}: {text}", c + 1) });
         }
-        for d in 1..circles.len() {
+        for d in 1..patches.len() {
             for c in 0..d {
                 let a = pair_of(all.as_ref(), [c, d]);
                 let part = |i: usize, j: usize| 1e12 * a[i][j];
@@ -260,8 +287,9 @@ impl Hybrid {
         Ok(texts.join("; "))
     }
 
-    /// Describes the compliance of one contact beside the half-space, with that of a wider circle, where there is one.
-    fn in_words(&self, a: &Square, wide: Option<&Square>, circle: LoadCircle) -> String {
+    /// Describes the compliance of one contact beside the half-space, with that of a second patch, where there is
+    /// one.
+    fn in_words(&self, a: &Square, other: Option<&Square>, patch: LoadPatch) -> String {
         let pico = |v: f64| 1e12 * v;
         let mut text = format!(
             "compliance added to the half-space xx {:.1}, yy {:.1}, nn {:.1}, yn {:.1} pm/N",
@@ -270,12 +298,12 @@ impl Hybrid {
             pico(a[2][2]),
             pico(a[1][2])
         );
-        if let Some(wide) = wide {
+        if let Some(other) = other {
             // Displacements of the middle under forces.
-            let off = |c: usize, d: usize| (wide[c][d] - a[c][d]).abs();
+            let off = |c: usize, d: usize| (other[c][d] - a[c][d]).abs();
             let largest = |all: &[(usize, usize)]| all.iter().map(|&(c, d)| off(c, d)).fold(0.0, f64::max);
             let (normal, along) = (largest(&[(0, 2), (1, 2), (2, 2)]), largest(&[(0, 0), (0, 1), (1, 1)]));
-            let own = 0.6 / (self.half_space.plane() * circle.radius);
+            let own = 0.6 / (self.half_space.plane() * (patch.half()[0] * patch.half()[1]).sqrt());
             text += &format!(
                 "; estimated error {:.1} pm/N (normal, {:.2} % of the contact's own compliance), {:.1} pm/N \
                  (tangential){}",
@@ -376,7 +404,7 @@ pub(super) fn of_circles(
     (contact, tilt): (&SectionContact, f64),
     radii: &[f64],
 ) -> Result<Vec<Mat<f64>>> {
-    let circles: Vec<LoadCircle> = radii.iter().map(|&radius| LoadCircle { radius }).collect();
+    let circles: Vec<LoadPatch> = radii.iter().map(|&radius| LoadPatch::Circle { radius }).collect();
     in_grids(world, &Constant::for_contact(forms, &circles, contact)?, &[tilt])
 }
 

@@ -1,17 +1,20 @@
 //! Contacts of a body that lie near each other on one surface: they act on each other through one half-space.
 //!
 //! The effect of one contact on another falls like the inverse of their distance, and nine functions describe it over a
-//! contact only where the contact is small against the distance. Nearer contacts c and d with almost the same normal
-//! have the half-space between them as each has it by itself: both keep their own directions x, y and n, and the second
-//! one lies `apart` from the first along x and y. The functions describe what is left,
+//! contact only where the contact is small against the distance. Nearer contacts c and d have the half-space between
+//! them as each has it by itself, also where the surface bends, as from the root of a flange to its face. They lie on a
+//! half-space with the mean of their normals, the second one `apart` from the first along x and y. Their own directions
+//! are turned against it by half the angle between them, Q_c and Q_d: points on either side of where they meet move
+//! alike. The functions describe what is left,
 //!
-//! C_cd = W_hs(x_i − x_j − apart) + π_c (A_cd − A_hs,cd) π_dᵀ,
+//! C_cd = Q_c W_hs(x_i − x_j − apart) Q_dᵀ + π_c (A_cd − A_hs,cd) π_dᵀ,
 //!
-//! with A_hs,cd of the half-space under the loads of both. On a plane surface this is one contact on two grids.
+//! with A_hs,cd of that half-space under the loads of both, so that forces and moments on both do to each other what
+//! they do on the body. On a plane surface this is one contact on two grids.
 
 use super::half_space::HalfSpace;
 use super::hybrid::{expansions, half_spaces, rows, Lines};
-use crate::swept::{LoadCircle, Square, LOADS};
+use crate::swept::{LoadPatch, Square, LOADS};
 use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
@@ -32,18 +35,22 @@ pub struct NearPair {
     pub contacts: [usize; 2],
     /// Place of the second one from the first along x and y, m.
     pub apart: [f64; 2],
+    /// Angle of the frame of the second one against that of the first about x, rad.
+    pub bend: f64,
 }
 
 /// Distance of two contacts over the larger half side of their grids below which the half-space acts between them.
 const NEAR: f64 = 3.0;
-/// Distance of two contacts over the radius of the wider one's circle below which nine means do not describe what one
+/// Distance of two contacts over the larger radius of their circles below which nine means do not describe what one
 /// does to the other.
 const ROUGH: f64 = 3.0;
-/// Largest angle between the normals of places on one surface, rad.
+/// Largest angle between the normals of places of which one grid might span both, rad.
 const ALIKE: f64 = 0.2;
+/// Largest angle between the normals of places on one surface that may bend, such as the root of a flange, rad.
+const BENT: f64 = 1.0;
 /// Distance over the sides of rectangles beyond which a force on them acts as one at a point.
 const FAR: f64 = 10.0;
-/// Squares across a circle of loads.
+/// Cells across a patch of loads.
 const ACROSS: usize = 16;
 /// Nodes of all grids together to which they are thinned for their stiffness.
 const THINNED: usize = 900;
@@ -72,6 +79,12 @@ impl ContactPosition {
         (0..3).map(|c| self.normal[c] * other.normal[c]).sum::<f64>().clamp(-1.0, 1.0).acos()
     }
 
+    /// Angle of the normal of the `other` one against this one about x, rad, positive where the surface rises along y.
+    fn bend(&self, other: &Self) -> f64 {
+        let lean = |of: &Self| (-of.normal[1]).atan2(of.normal[0].hypot(of.normal[2]));
+        lean(other) - lean(self)
+    }
+
     /// Place of the `other` one along x and y on a surface that is common to both, m.
     fn apart(&self, other: &Self) -> [f64; 2] {
         let [x, y, z] = [0, 1, 2].map(|c| other.point[c] - self.point[c]);
@@ -79,11 +92,12 @@ impl ContactPosition {
     }
 }
 
-/// The contacts on `grids` that act on each other through one half-space, with loads on the `circles`, and remarks on
-/// them. An error where two of them are one: their circles overlap, with normals that differ by less than 0.2 rad.
+/// The contacts on `grids` that act on each other through one half-space, with circles of these `radii`, m, and remarks
+/// on the others. An error where two of them are one: their circles overlap, with normals that differ by less than 0.2
+/// rad.
 pub fn near_pairs(
     positions: &[ContactPosition],
-    circles: &[LoadCircle],
+    radii: &[f64],
     grids: &[Lines],
 ) -> Result<(Vec<NearPair>, Vec<String>)> {
     let half = |[x, y]: &Lines| {
@@ -94,7 +108,7 @@ pub fn near_pairs(
     for (d, there) in positions.iter().enumerate() {
         for (c, here) in positions[..d].iter().enumerate() {
             let (distance, angle) = (here.distance(there), here.angle(there));
-            let least = circles[c].radius + circles[d].radius;
+            let least = radii[c] + radii[d];
             let [a, b] = [c + 1, d + 1];
             if distance < least && angle < ALIKE {
                 return Err(Error::Job(format!(
@@ -105,10 +119,10 @@ pub fn near_pairs(
                     1e3 * least
                 )));
             }
-            if angle < ALIKE && distance < NEAR * half(&grids[c]).max(half(&grids[d])) {
+            if angle < BENT && distance < NEAR * half(&grids[c]).max(half(&grids[d])) {
                 let apart = beside_each_other([&grids[c], &grids[d]], here.apart(there));
-                pairs.push(NearPair { contacts: [c, d], apart });
-            } else if angle >= ALIKE && distance < ROUGH * circles[c].radius.max(circles[d].radius) {
+                pairs.push(NearPair { contacts: [c, d], apart, bend: here.bend(there) });
+            } else if angle >= BENT && distance < ROUGH * radii[c].max(radii[d]) {
                 remarks.push(format!(
                     "contacts {a} and {b} lie {:.2} mm apart, less than three radii of their circles, with normals \
                      that differ by {angle:.2} rad: their compliance with each other is rough",
@@ -121,7 +135,7 @@ pub fn near_pairs(
 }
 
 /// Ends of the rectangles around the nodes of a line, m.
-fn ends(lines: &[f64]) -> [f64; 2] {
+pub(super) fn ends(lines: &[f64]) -> [f64; 2] {
     let last = lines.len() - 1;
     [lines[0] - 0.5 * (lines[1] - lines[0]), lines[last] + 0.5 * (lines[last] - lines[last - 1])]
 }
@@ -146,18 +160,22 @@ fn beside_each_other([one, other]: [&Lines; 2], apart: [f64; 2]) -> [f64; 2] {
 }
 
 impl HalfSpace {
-    /// Displacements on one grid under forces on another, whose origin lies `apart` from that of the first, m/N: the
-    /// mean of what forces on either do to the other, so that it is reciprocal on grids of different spacings.
-    pub(super) fn between(&self, [one, other]: [&Lines; 2], apart: [f64; 2]) -> Result<Mat<f64>> {
+    /// Displacements on the grid of the first contact of a pair under forces on that of the second, m/N: the mean of
+    /// what forces on either do to the other, so that it is reciprocal on grids of different spacings.
+    pub(super) fn between(&self, [one, other]: [&Lines; 2], pair: &NearPair) -> Result<Mat<f64>> {
         let sides = |grid: &Lines| Ok::<_, Error>([dual_sides(&grid[0])?, dual_sides(&grid[1])?]);
         let (own, theirs) = (sides(one)?, sides(other)?);
         let mut all = Mat::zeros(rows(one), rows(other));
         let (nx, mx) = (one[0].len(), other[0].len());
+        let turn = Turn::of(pair.bend);
         for j in 0..mx * other[1].len() {
             for i in 0..nx * one[1].len() {
-                let at = [one[0][i % nx] - other[0][j % mx] - apart[0], one[1][i / nx] - other[1][j / mx] - apart[1]];
+                let at = [0, 1].map(|c| {
+                    let [own, theirs] = [[i % nx, i / nx][c], [j % mx, j / mx][c]];
+                    one[c][own] - other[c][theirs] - pair.apart[c]
+                });
                 let sides = [[own[0][i % nx], own[1][i / nx]], [theirs[0][j % mx], theirs[1][j / mx]]];
-                let found = self.reciprocal(at, sides);
+                let found = turn.framed(self.reciprocal(at, sides));
                 for b in 0..3 {
                     (0..3).for_each(|a| all[(3 * i + a, 3 * j + b)] = found[a][b]);
                 }
@@ -192,21 +210,28 @@ impl HalfSpace {
         .map(|row| row.map(|v| v * unit))
     }
 
-    /// Means of the displacement on one circle of loads under the loads of another, whose middle lies `apart` from that
-    /// of the first, m/N and so on, Γ⁻¹BΓ⁻¹ of this half-space.
-    fn between_loads(&self, circles: [LoadCircle; 2], apart: [f64; 2]) -> Square {
-        let squares = circles.map(squares);
-        let sides = circles.map(|circle| [2.0 * circle.radius / ACROSS as f64; 2]);
-        // Of each circle the weights of its loads, divided by their moments.
-        let weights = squares.each_ref().map(|squares| {
-            let moment = |m: usize| -> f64 { squares.iter().map(|(p, w)| w * function(*p, m).powi(2)).sum() };
+    /// Means of the displacement on the patch of the first contact of a pair under the loads on that of the second,
+    /// m/N and so on, Γ⁻¹BΓ⁻¹ of this half-space.
+    fn between_loads(&self, patches: [LoadPatch; 2], pair: &NearPair) -> Square {
+        let cells = patches.map(cells);
+        let sides = patches.map(|patch| patch.half().map(|a| 2.0 * a / ACROSS as f64));
+        // Of each patch the weights of the functions 1, x and y that its means belong to, as `LoadPatch::functions`.
+        let weights = [0, 1].map(|k| {
+            let (cells, own): (&Vec<([f64; 2], f64)>, f64) = (&cells[k], patches[k].middle());
+            let about = |[x, y]: [f64; 2]| [1.0, x, y - own];
+            let moment = |m: usize| -> f64 { cells.iter().map(|(p, w)| w * about(*p)[m].powi(2)).sum() };
             let moments = [0, 1, 2].map(moment);
-            squares.iter().map(|(p, w)| [0, 1, 2].map(|m| w * function(*p, m) / moments[m])).collect::<Vec<_>>()
+            let dual = |(p, w): &([f64; 2], f64)| {
+                let [one, x, y] = [0, 1, 2].map(|m| w * about(*p)[m] / moments[m]);
+                [one - own * y, x, y]
+            };
+            cells.iter().map(dual).collect::<Vec<_>>()
         });
-        let mut found = [[0.0; LOADS]; LOADS];
-        for ((p, _), own) in squares[0].iter().zip(&weights[0]) {
-            for ((q, _), theirs) in squares[1].iter().zip(&weights[1]) {
-                let u = self.reciprocal([p[0] - q[0] - apart[0], p[1] - q[1] - apart[1]], sides);
+        let (mut found, turn) = ([[0.0; LOADS]; LOADS], Turn::of(pair.bend));
+        for ((p, _), own) in cells[0].iter().zip(&weights[0]) {
+            for ((q, _), theirs) in cells[1].iter().zip(&weights[1]) {
+                let u = self.reciprocal([0, 1].map(|c| p[c] - q[c] - pair.apart[c]), sides);
+                let u = turn.framed(u);
                 for (i, row) in found.iter_mut().enumerate() {
                     for (j, entry) in row.iter_mut().enumerate() {
                         *entry += own[i / 3] * theirs[j / 3] * u[i % 3][j % 3];
@@ -218,26 +243,48 @@ impl HalfSpace {
     }
 }
 
-/// Squares of a circle of loads: their middles, m, and the parts of the weight ω = 3 √(1 − r²/b²)/(2πb²) on them.
-fn squares(circle: LoadCircle) -> Vec<([f64; 2], f64)> {
-    let side = 2.0 / ACROSS as f64;
-    let middle = |k: usize| (k as f64 + 0.5) * side - 1.0;
-    let all = (0..ACROSS * ACROSS).map(|k| [middle(k % ACROSS), middle(k / ACROSS)]);
-    let weighted = all.map(|p| (p, (1.0 - p[0] * p[0] - p[1] * p[1]).max(0.0).sqrt())).filter(|(_, w)| *w > 0.0);
-    let weighted: Vec<_> = weighted.collect();
-    let sum: f64 = weighted.iter().map(|(_, w)| w).sum();
-    weighted.into_iter().map(|(p, w)| (p.map(|v| v * circle.radius), w / sum)).collect()
+/// Half the angle between the frames of two contacts, as cosine and sine.
+#[derive(Debug, Clone, Copy)]
+struct Turn {
+    cos: f64,
+    sin: f64,
 }
 
-/// 1, x or y at a place.
-fn function([x, y]: [f64; 2], m: usize) -> f64 {
-    [1.0, x, y][m]
+impl Turn {
+    /// Half of the angle `bend`, rad.
+    fn of(bend: f64) -> Self {
+        let (sin, cos) = (0.5 * bend).sin_cos();
+        Self { cos, sin }
+    }
+
+    /// Displacements under forces, (x, y, n), of the frame between both contacts, in those of the first and of the
+    /// second one: QᵀWQᵀ with Q that turns by half the angle, [`rotate_loads`](crate::swept::rotate_loads).
+    fn framed(&self, found: [[f64; 3]; 3]) -> [[f64; 3]; 3] {
+        let Self { cos, sin } = *self;
+        let columns = found.map(|[x, y, n]| [x, cos * y - sin * n, sin * y + cos * n]);
+        let [x, y, n] = columns;
+        [x, std::array::from_fn(|k| cos * y[k] + sin * n[k]), std::array::from_fn(|k| cos * n[k] - sin * y[k])]
+    }
+}
+
+/// Cells of a patch of loads: their middles, m, and the parts of the weight ω of [`LoadPatch`] on them.
+fn cells(patch: LoadPatch) -> Vec<([f64; 2], f64)> {
+    let [a, b] = patch.half();
+    let middle = |k: usize| (k as f64 + 0.5) * 2.0 / ACROSS as f64 - 1.0;
+    let all = (0..ACROSS * ACROSS).map(|k| [middle(k % ACROSS), middle(k / ACROSS)]);
+    let weight = |[x, y]: [f64; 2]| match patch {
+        LoadPatch::Circle { .. } => (1.0 - x * x - y * y).max(0.0).sqrt(),
+        LoadPatch::Rectangle { .. } => 1.0,
+    };
+    let weighted: Vec<_> = all.map(|p| (p, weight(p))).filter(|(_, w)| *w > 0.0).collect();
+    let sum: f64 = weighted.iter().map(|(_, w)| w).sum();
+    weighted.into_iter().map(|([x, y], w)| ([a * x, patch.middle() + b * y], w / sum)).collect()
 }
 
 impl NearPair {
-    /// The half-space's part Γ⁻¹BΓ⁻¹ of what the loads on `circles` of both contacts do to each other.
-    pub(super) fn share(&self, half_space: &HalfSpace, circles: &[LoadCircle]) -> Square {
-        half_space.between_loads(self.contacts.map(|c| circles[c]), self.apart)
+    /// The half-space's part Γ⁻¹BΓ⁻¹ of what the loads on the `patches` of both contacts do to each other.
+    pub(super) fn share(&self, half_space: &HalfSpace, patches: &[LoadPatch]) -> Square {
+        half_space.between_loads(self.contacts.map(|c| patches[c]), self)
     }
 }
 
@@ -250,9 +297,10 @@ pub(crate) fn add_between(
     sign: f64,
 ) -> Result<()> {
     let first = |c: usize| grids[..c].iter().map(rows).sum::<usize>();
-    for NearPair { contacts: [c, d], apart } in near {
-        let between = half_space.between([&grids[*c], &grids[*d]], *apart)?;
-        let (one, other) = (first(*c), first(*d));
+    for pair in near {
+        let [c, d] = pair.contacts;
+        let between = half_space.between([&grids[c], &grids[d]], pair)?;
+        let (one, other) = (first(c), first(d));
         for (j, column) in between.col_iter().enumerate() {
             for (i, v) in column.iter().enumerate() {
                 // Normal and tangential components change their sign against each other.
@@ -301,95 +349,4 @@ pub(super) fn dual_sides(x: &[f64]) -> Result<Vec<f64>> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::swept::HalfSpaceLoad;
-
-    const STEEL: HalfSpace = HalfSpace { young: 210e9, poisson: 0.3 };
-
-    fn grid(half: [f64; 2], lines: [usize; 2]) -> Lines {
-        let line = |c: usize| -> Vec<f64> {
-            (0..lines[c]).map(|k| half[c] * (2.0 * k as f64 / (lines[c] - 1) as f64 - 1.0)).collect()
-        };
-        [line(0), line(1)]
-    }
-
-    /// Contacts on one tread are refused where their circles overlap, those on tread and flange are told, those far
-    /// away are left to the functions; those beside each other along the circumference have their distance and angle.
-    #[test]
-    fn near_contacts_are_refused_or_told() {
-        let circles = [LoadCircle { radius: 4e-3 }, LoadCircle { radius: 5e-3 }];
-        let grids = [grid([6e-3, 6e-3], [5, 5]), grid([8e-3, 7.5e-3], [5, 5])];
-        // With half a spacing at either end they reach over each other by 2.875 mm at 14 mm.
-        let moved = beside_each_other([&grids[0], &grids[1]], [2e-3, -0.014]);
-        assert!(moved[0] == 2e-3 && (moved[1] + 0.016875).abs() < 1e-15, "{moved:?}");
-        assert_eq!(beside_each_other([&grids[0], &grids[1]], [0.02, 0.01]), [0.02, 0.01]);
-        let tread = ContactPosition::round([0.46, 0.0], 0.0, 0.0);
-        let beside =
-            |y: f64, angle: f64| near_pairs(&[tread, ContactPosition::round([0.46, y], 0.0, angle)], &circles, &grids);
-        assert_eq!(beside(0.025, 0.0).unwrap(), (Vec::new(), Vec::new()));
-        let (pairs, told) = beside(-0.014, 0.0).unwrap();
-        assert!(told.is_empty() && pairs[0].contacts == [0, 1] && (pairs[0].apart[1] + 0.016875).abs() < 1e-15);
-        let error = beside(0.008, 0.1).unwrap_err();
-        assert!(error.exit_code() == 2 && error.message().contains("8.00 mm between them"), "{error}");
-        let (pairs, told) = beside(0.014, 1.2).unwrap();
-        assert!(pairs.is_empty() && told.len() == 1 && told[0].contains("differ by 1.20 rad"), "{told:?}");
-        let ahead = ContactPosition::round([0.46, 0.0], 0.5, 0.0);
-        assert!(
-            (tread.distance(&ahead) - 0.92 * 0.25f64.sin()).abs() < 1e-15 && (tread.angle(&ahead) - 0.5).abs() < 1e-12
-        );
-        let along =
-            ContactPosition::straight([0.0, 0.01], 0.3, 0.0).distance(&ContactPosition::straight([0.0; 2], 0.0, 0.0));
-        assert!((along - 0.3f64.hypot(0.01)).abs() < 1e-15);
-    }
-
-    /// The loads of a circle on itself are those of the closed form; those of another one far away are a point force.
-    #[test]
-    fn loads_act_on_each_other_through_the_half_space() {
-        let circle = LoadCircle { radius: 3e-3 };
-        let own = STEEL.between_loads([circle; 2], [0.0; 2]);
-        let load = HalfSpaceLoad { patch: circle, shear: STEEL.shear(), poisson: STEEL.poisson };
-        let (known, moments) = (load.sum(), circle.moments());
-        for i in 0..LOADS {
-            for j in 0..LOADS {
-                let scale = (known[i][i] * known[j][j]).sqrt() / (moments[i] * moments[j]);
-                let wanted = known[i][j] / (moments[i] * moments[j]);
-                assert!((own[i][j] - wanted).abs() < 0.03 * scale, "{i} {j}: {:e} {wanted:e}", own[i][j]);
-            }
-        }
-        let apart = [0.08, -0.06];
-        let far = STEEL.between_loads([circle, LoadCircle { radius: 2e-3 }], apart);
-        let point = STEEL.point(apart.map(|v| -v));
-        for i in 0..3 {
-            for j in 0..3 {
-                assert!((far[i][j] - point[i][j]).abs() < 2e-3 * point[2][2], "{i} {j}");
-            }
-        }
-    }
-
-    /// A plane body whose loads do to each other what the half-space does has nothing left beside it; its contacts are
-    /// held as they hold each other on one surface, and one pulls the other where it yields less than that.
-    #[test]
-    fn contacts_on_a_plane_hold_each_other() {
-        let grids = [grid([4e-3, 2e-3], [9, 9]), grid([3e-3, 3e-3], [7, 7])];
-        let near = |apart: [f64; 2]| vec![NearPair { contacts: [0, 1], apart }];
-        let held = |apart| stiffness(0.3, (&grids, &near(apart))).unwrap().unwrap();
-        let (beside, far) = (held([0.0, 7e-3]), held([0.0, 7.0]));
-        assert!(far[(2, LOADS + 2)].abs() < 1e-3 * far[(2, 2)]);
-        // Both sink together under less force than alone.
-        let together = |k: &Mat<f64>| k[(2, 2)] + 2.0 * k[(2, LOADS + 2)] + k[(LOADS + 2, LOADS + 2)];
-        let ratio = together(&beside) / together(&far);
-        assert!((0.5..0.9).contains(&ratio), "{ratio}");
-        let mut all = half_spaces(&STEEL, &grids).unwrap();
-        add_between(&mut all, &STEEL, (&grids, &near([0.0, 7e-3])), 1.0).unwrap();
-        assert!(all.llt(Side::Lower).is_ok());
-        // The other sign of motions along x and y changes normal against tangential motion alone.
-        let mut turned = Mat::zeros(all.nrows(), all.ncols());
-        add_between(&mut turned, &STEEL, (&grids, &near([0.0, 7e-3])), -1.0).unwrap();
-        let first = rows(&grids[0]);
-        for (i, j) in [(0, first), (2, first + 2), (1, first + 2), (2, first + 1), (4, first + 5)] {
-            let sign = if (i % 3 == 2) == (j % 3 == 2) { 1.0 } else { -1.0 };
-            assert!((turned[(i, j)] - sign * all[(i, j)]).abs() < 1e-18, "{i} {j}");
-        }
-    }
-}
+mod tests;

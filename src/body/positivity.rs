@@ -76,8 +76,8 @@ fn refuse(name: &str, contacts: usize, positive: bool) -> Result<()> {
     let near = match contacts {
         1 => "",
         _ => {
-            ". Where contacts with unlike normals, such as flange root and flange, lie within the length of their \
-             grids, what they do to each other is known roughly: there take one of them, contact.places = \"one\""
+            ". Where contacts meet on a bent surface, such as flange root and flange, what they do to each other is \
+             known roughly: there take one of them, contact.places = \"one\""
         }
     };
     Err(Error::NotConverged(format!(

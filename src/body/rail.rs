@@ -13,7 +13,7 @@ use crate::swept::modes::{below, by_orders, contact_functions, limit_of, of_orde
 use crate::swept::waves::{self, Member, RailDamping, RailMode};
 use crate::swept::{
     family_shares, infinite, rotate_loads, ContactModeData, DiscreteSupports, DisplayMesh, Forms, HeadPoint, Infinite,
-    LineLoad, PictureModes,
+    LineLoad, LoadPatch, PictureModes,
 };
 use crate::swept::{RailTrack, SectionContact, LOADS};
 use crate::{Error, Result};
@@ -103,7 +103,7 @@ impl<'w> RailOnTrack<'w> {
         let half_space = HalfSpace { young: material.young, poisson: material.poisson };
         let grids = contacts.iter().map(|c| c.lines.map(<[f64]>::to_vec)).collect();
         let place = |c: &ContactSpec<HeadPoint>| ContactPlace { tilt: c.tilt - angle, place: c.place, along: c.along };
-        Ok(Self {
+        let mut rail = Self {
             world,
             name: name.into(),
             places: contacts.iter().map(place).collect(),
@@ -117,7 +117,12 @@ impl<'w> RailOnTrack<'w> {
             contact: Hybrid::new(half_space, grids),
             picture: None,
             found: None,
-        })
+        };
+        let contacts = rail.contacts();
+        let tilts = rail.against_loads(&contacts);
+        let placed = rail.contact.place(rail.forms.path, &contacts, &tilts);
+        placed.map_err(|e| e.context(format!("compliance of body \"{name}\"")))?;
+        Ok(rail)
     }
 
     /// Amplitudes of an order.
@@ -145,17 +150,22 @@ impl<'w> RailOnTrack<'w> {
         self.places.iter().map(of).collect()
     }
 
-    /// Forms of the rail meshed for loads on circles of the `radii`, m, the first one at its own contact.
-    fn load_forms(&self, others: &[HeadPoint], radii: &[f64]) -> Result<Forms> {
-        let section = self.section.for_loads_at(others, radii)?;
+    /// Angle of the frame of each contact against that of its loads on the section, rad.
+    fn against_loads(&self, contacts: &[SectionContact]) -> Vec<f64> {
+        self.places.iter().zip(contacts).map(|(at, contact)| at.tilt - contact.angle()).collect()
+    }
+
+    /// Forms of the rail meshed for loads on patches of the half width `shorter`, m, the first one at its own contact.
+    fn load_forms(&self, others: &[HeadPoint], shorter: &[f64]) -> Result<Forms> {
+        let section = self.section.for_loads_at(others, shorter)?;
         let angle = self.section.contact().angle;
         Forms::along(section, self.forms.material, self.period, Some(&self.track), angle)
     }
 
     /// Loads of an order at each contact.
     fn loads(&self, contacts: &[SectionContact], n: usize) -> Vec<LineLoad> {
-        let circles = self.contact.circles().into_iter();
-        circles.zip(contacts).map(|(patch, contact)| LineLoad::for_contact(&self.forms, patch, n, contact)).collect()
+        let patches = self.contact.patches().into_iter();
+        patches.zip(contacts).map(|(patch, contact)| LineLoad::for_contact(&self.forms, patch, n, contact)).collect()
     }
 
     /// Modes of an order that are motions of the track alone: sleepers that are spread evenly have their three at
@@ -333,17 +343,17 @@ impl ElasticBody for RailOnTrack<'_> {
     }
 
     fn factorise(&mut self) -> Result<Option<String>> {
-        let radii: Vec<f64> = self.contact.circles().iter().map(|circle| circle.radius).collect();
-        if radii.is_empty() {
+        let shorter: Vec<f64> = self.contact.patches().iter().map(LoadPatch::shorter).collect();
+        if shorter.is_empty() {
             return Ok(None);
         }
-        let placed = self.places.iter().zip(&radii).filter_map(|(at, &radius)| Some((at.place?, radius)));
+        let placed = self.places.iter().zip(&shorter).filter_map(|(at, &half)| Some((at.place?, half)));
         let (others, mut all): (Vec<HeadPoint>, Vec<f64>) = placed.unzip();
-        let own = self.places.iter().zip(&radii).filter(|(at, _)| at.place.is_none()).map(|(_, &radius)| radius);
+        let own = self.places.iter().zip(&shorter).filter(|(at, _)| at.place.is_none()).map(|(_, &half)| half);
         all.insert(0, own.fold(f64::INFINITY, f64::min));
         let forms = self.load_forms(&others, &all)?;
         let contacts = self.contacts();
-        let tilts: Vec<f64> = self.places.iter().zip(&contacts).map(|(at, c)| at.tilt - c.angle()).collect();
+        let tilts = self.against_loads(&contacts);
         let made = self.contact.make(self.world, &forms, &contacts, &tilts);
         made.map_err(|e| e.context(format!("compliance of body \"{}\"", self.name)))
     }
@@ -429,7 +439,7 @@ impl ElasticBody for RailOnTrack<'_> {
     }
 
     fn infinite(&self, reach: f64) -> Result<Option<Infinite>> {
-        let patch = match self.contact.circles()[..] {
+        let patch = match self.contact.patches()[..] {
             [] => return Ok(None),
             [patch] => patch,
             _ => {

@@ -17,8 +17,8 @@ use crate::fem::ElasticMaterial;
 use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, contact_functions, limit_of, of_order};
 use crate::swept::{
-    rotate_loads, Attachment, ContactModeData, EdgeSprings, Forms, FourierModes, HalfSections, LineLoad, Prestress,
-    SectionSource, LOADS,
+    rotate_loads, Attachment, ContactModeData, EdgeSprings, Forms, FourierModes, HalfSections, LineLoad, LoadPatch,
+    Path, Prestress, SectionSource, LOADS,
 };
 use crate::swept::{Bearing, DisplayMesh, Mirror, Outline, OutlineModes, PictureModes, RunningPlace, SectionContact};
 use crate::{Error, Result};
@@ -123,7 +123,7 @@ impl<'w> Swept<'w> {
         let grids = making.contacts.iter().map(|c| c.lines.map(<[f64]>::to_vec)).collect();
         let place = |c: &ContactSpec<RunningPlace>| ContactPlace { tilt: c.tilt, place: c.place, along: c.along };
         let symmetric = making.section.middle().filter(|_| making.attachments.is_empty());
-        Ok(Self {
+        let mut body = Self {
             bearings: forms.bearings().copied().collect(),
             mirror: symmetric.and_then(|middle| Mirror::new(&forms.section, middle)),
             outline,
@@ -139,7 +139,12 @@ impl<'w> Swept<'w> {
             tilt: making.tilt,
             places: making.contacts.iter().map(place).collect(),
             contact: Hybrid::new(half_space, grids),
-        })
+        };
+        let contacts = body.contacts();
+        let tilts = body.against_loads(&contacts);
+        let placed = body.contact.place(Path::Axle, &contacts, &tilts);
+        placed.map_err(|e| e.context(format!("compliance of body \"{name}\"")))?;
+        Ok(body)
     }
 
     /// Free amplitudes of an order.
@@ -156,16 +161,16 @@ impl<'w> Swept<'w> {
         self.places.iter().map(of).collect()
     }
 
-    /// Forms of the body meshed for loads on circles of the `radii`, m, the first one at its own contact.
-    fn load_forms(&self, others: &[RunningPlace], radii: &[f64]) -> Result<Forms> {
-        let section = self.making.for_loads_at(others, radii)?;
+    /// Forms of the body meshed for loads on patches of the half width `shorter`, m, the first one at its own contact.
+    fn load_forms(&self, others: &[RunningPlace], shorter: &[f64]) -> Result<Forms> {
+        let section = self.making.for_loads_at(others, shorter)?;
         Ok(Forms::sprung(section, self.forms.material, &self.fixed, &self.springs)?.on_bearings(&self.bearings))
     }
 
     /// Loads of an order at each contact.
     fn loads(&self, contacts: &[SectionContact], n: usize) -> Vec<LineLoad> {
-        let circles = self.contact.circles().into_iter();
-        circles.zip(contacts).map(|(patch, contact)| LineLoad::for_contact(&self.forms, patch, n, contact)).collect()
+        let patches = self.contact.patches().into_iter();
+        patches.zip(contacts).map(|(patch, contact)| LineLoad::for_contact(&self.forms, patch, n, contact)).collect()
     }
 
     /// Angle of the frame of each contact against that of its loads on the section, rad.
@@ -335,13 +340,13 @@ impl ElasticBody for Swept<'_> {
     }
 
     fn factorise(&mut self) -> Result<Option<String>> {
-        let radii: Vec<f64> = self.contact.circles().iter().map(|circle| circle.radius).collect();
-        if radii.is_empty() {
+        let shorter: Vec<f64> = self.contact.patches().iter().map(LoadPatch::shorter).collect();
+        if shorter.is_empty() {
             return Ok(None);
         }
-        let placed = self.places.iter().zip(&radii).filter_map(|(at, &radius)| Some((at.place?, radius)));
+        let placed = self.places.iter().zip(&shorter).filter_map(|(at, &half)| Some((at.place?, half)));
         let (others, mut all): (Vec<RunningPlace>, Vec<f64>) = placed.unzip();
-        let own = self.places.iter().zip(&radii).filter(|(at, _)| at.place.is_none()).map(|(_, &radius)| radius);
+        let own = self.places.iter().zip(&shorter).filter(|(at, _)| at.place.is_none()).map(|(_, &half)| half);
         all.insert(0, own.fold(f64::INFINITY, f64::min));
         let forms = self.load_forms(&others, &all)?;
         let contacts = self.contacts();

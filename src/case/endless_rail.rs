@@ -4,7 +4,7 @@ use super::rail::{continuous_track, extruded, section, RailContactPosition};
 use crate::fem::ElasticMaterial;
 use crate::job::{self, Job};
 use crate::swept::infinite::{InfiniteRailSpec, TrackSlope};
-use crate::swept::{Infinite, LoadCircle, TrackLayer};
+use crate::swept::{Infinite, LoadPatch, TrackLayer};
 use crate::{Error, Result};
 use std::f64::consts::PI;
 
@@ -42,7 +42,7 @@ pub fn endless(job: &Job, reach: f64) -> Result<Option<EndlessRail>> {
                 angle,
                 tilt: -angle,
                 loss: track.loss_factor,
-                patch: LoadCircle { radius: HAMMER },
+                patch: LoadPatch::Circle { radius: HAMMER },
             };
             let rail = Infinite::new(&making, 2.0 * PI * reach)?;
             Ok(EndlessRail { name, rail, spacing: track.spacing, mass })

@@ -123,7 +123,7 @@ impl PlacedContact {
             if beside == [false; 2] {
                 if several {
                     let [x, y] = fitted_grid_lines(closed_range(&gap, modulus, &ellipse)?, spacings);
-                    gap = placed.gap(&frame, &x, &y).map_err(named)?;
+                    gap = placed.gap(&frame, &x, &y).map_err(named)?.up_to_neighbours();
                 }
                 let track = (given.curvature, given.yaw);
                 let here = job::Contact { touch_angle: placed.touch().angle, ..contact.clone() };

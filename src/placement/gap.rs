@@ -52,6 +52,22 @@ impl Gap {
         )))
     }
 
+    /// The same without the lines along x that lie in the profile of another contact, but for the first one on either
+    /// side: the grids of contacts that share a profile end where they meet.
+    pub(crate) fn up_to_neighbours(mut self) -> Self {
+        let nx = self.x.len();
+        let own = |j: usize| self.gap[nx * j..nx * (j + 1)].iter().any(|gap| *gap < APART);
+        let lines = 0..self.y.len();
+        let (Some(first), Some(last)) = (lines.clone().find(|&j| own(j)), lines.rev().find(|&j| own(j))) else {
+            return self;
+        };
+        let (first, end) = (first.saturating_sub(1), (last + 2).min(self.y.len()));
+        self.y = self.y[first..end].to_vec();
+        self.gap = self.gap[nx * first..nx * end].to_vec();
+        self.beyond = self.beyond[nx * first..nx * end].to_vec();
+        self
+    }
+
     /// Part of the force, given by the `pressure` of each node, that lies on the last line before the wheel's profile
     /// belongs to another contact: 0 where the contact ends by itself.
     pub(crate) fn share_at_neighbour(&self, pressure: impl Fn(usize) -> f64) -> f64 {

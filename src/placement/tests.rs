@@ -61,6 +61,22 @@ fn force_at_a_neighbour_is_told() {
     assert_eq!(pressure([3.0, 1.0, 0.0, 0.0, 0.0, 0.0]), 0.0);
 }
 
+/// A grid ends with the first line in the profile of another contact on either side; one that has no neighbour stays.
+#[test]
+fn grids_end_where_contacts_meet() {
+    let open = 0.01;
+    let of = |lines: &[f64]| Gap {
+        x: vec![0.0, 1.0],
+        y: (0..lines.len()).map(|j| j as f64).collect(),
+        gap: lines.iter().flat_map(|gap| [*gap, open]).collect(),
+        beyond: vec![false; 2 * lines.len()],
+    };
+    let ended = of(&[open, open, 2e-5, 0.0, open, open, open]).up_to_neighbours();
+    assert_eq!((ended.y, ended.gap[2], ended.gap.len()), (vec![1.0, 2.0, 3.0, 4.0], 2e-5, 8));
+    let alone = of(&[1e-5, 0.0, 2e-5]);
+    assert_eq!(alone.clone().up_to_neighbours(), alone);
+}
+
 /// The example of `docs/explanation/placement.md`.
 #[test]
 fn the_example_of_the_page() {

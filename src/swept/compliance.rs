@@ -13,7 +13,9 @@
 //! in n but for the rotation: it is interpolated in ln n between the centres of the blocks, by cubic polynomials, and
 //! summed over every order with its own cosine and sine.
 
-use super::load::{HalfSpaceLoad, LineLoad, LoadCircle, Square, FAMILY, LOADS};
+use super::half_space_load::HalfSpaceLoad;
+use super::load::{LineLoad, FAMILY};
+use super::load_patch::{LoadPatch, Square, LOADS};
 use super::{Forms, Path, SectionContact};
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
@@ -39,8 +41,8 @@ const FEWEST: usize = 60;
 #[derive(Debug, Clone)]
 pub struct Constant<'f> {
     forms: &'f Forms,
-    /// Sets of circles of the loads, one of each contact: A is made for each set.
-    patches: Vec<Vec<LoadCircle>>,
+    /// Sets of patches of the loads, one of each contact: A is made for each set.
+    patches: Vec<Vec<LoadPatch>>,
     /// Spots that carry the loads, of each contact.
     contacts: Vec<SectionContact>,
     /// Last order of each contact with itself.
@@ -78,33 +80,33 @@ fn first((centre, width): (usize, usize)) -> usize {
 impl<'f> Constant<'f> {
     /// Compliance of `forms` with the rolling radius `radius`, m, under loads on `patches`, from as many orders as the
     /// next edge asks for.
-    pub fn new(forms: &'f Forms, patches: &[LoadCircle], radius: f64) -> Result<Self> {
+    pub fn new(forms: &'f Forms, patches: &[LoadPatch], radius: f64) -> Result<Self> {
         Self::for_contact(forms, patches, &SectionContact::level(radius))
     }
 
     /// The same of a contact, in its frame.
-    pub(crate) fn for_contact(forms: &'f Forms, patches: &[LoadCircle], contact: &SectionContact) -> Result<Self> {
-        let sets: Vec<Vec<LoadCircle>> = patches.iter().map(|&patch| vec![patch]).collect();
+    pub(crate) fn for_contact(forms: &'f Forms, patches: &[LoadPatch], contact: &SectionContact) -> Result<Self> {
+        let sets: Vec<Vec<LoadPatch>> = patches.iter().map(|&patch| vec![patch]).collect();
         Self::of_contacts(forms, &sets, std::slice::from_ref(contact))
     }
 
-    /// The same of several contacts, each in its frame; each set of `patches` has one circle of each contact.
+    /// The same of several contacts, each in its frame; each set of `patches` has one patch of each contact.
     pub(crate) fn of_contacts(
         forms: &'f Forms,
-        patches: &[Vec<LoadCircle>],
+        patches: &[Vec<LoadPatch>],
         contacts: &[SectionContact],
     ) -> Result<Self> {
         let mut own = Vec::new();
         for (c, contact) in contacts.iter().enumerate() {
-            let largest = patches.iter().map(|set| set[c].radius).fold(0.0, f64::max);
+            let largest = patches.iter().map(|set| set[c].half()[1] + set[c].middle().abs()).fold(0.0, f64::max);
             own.push(last_order(forms, contact, largest)?);
         }
         let mut last = own.iter().copied().fold(FEWEST, usize::max);
         for c in 0..contacts.len() {
             for d in 0..c {
-                let radius =
-                    patches.iter().flat_map(|set| [set[c].radius, set[d].radius]).fold(f64::INFINITY, f64::min);
-                last = last.max(last_between([&contacts[c], &contacts[d]], radius));
+                let half =
+                    patches.iter().flat_map(|set| [set[c].half()[0], set[d].half()[0]]).fold(f64::INFINITY, f64::min);
+                last = last.max(last_between([&contacts[c], &contacts[d]], half));
             }
         }
         let blocks = blocks(forms, last, contacts.len());
@@ -117,7 +119,7 @@ impl<'f> Constant<'f> {
         Self { blocks: blocks(self.forms, last, self.contacts.len()), own, ..self }
     }
 
-    fn half_space(&self, patch: LoadCircle) -> HalfSpaceLoad {
+    fn half_space(&self, patch: LoadPatch) -> HalfSpaceLoad {
         let material = self.forms.material;
         HalfSpaceLoad { patch, shear: material.shear(), poisson: material.poisson }
     }
@@ -125,7 +127,7 @@ impl<'f> Constant<'f> {
     /// −B_hs of the orders that are summed one by one, for each set of patches, `[9T, 9T]` with T contacts.
     pub fn singles(&self) -> Vec<Mat<f64>> {
         let singles = self.blocks.iter().filter(|b| b.1 == 1).count();
-        let of = |set: &Vec<LoadCircle>| {
+        let of = |set: &Vec<LoadPatch>| {
             let mut all = Mat::zeros(LOADS * set.len(), LOADS * set.len());
             for (c, (&patch, contact)) in set.iter().zip(&self.contacts).enumerate() {
                 let known = contact.locally(|spot| self.half_space(patch).up_to((singles as f64 - 0.5) / spot.radius));
@@ -150,7 +152,7 @@ impl<'f> Constant<'f> {
             true => forms.solve_free(&factor, loads),
             false => factor.solve_from(first, loads),
         };
-        let of = |set: &Vec<LoadCircle>| {
+        let of = |set: &Vec<LoadPatch>| {
             let lines: Vec<LineLoad> =
                 set.iter().zip(&self.contacts).map(|(&patch, c)| LineLoad::for_contact(forms, patch, n, c)).collect();
             let means = order(forms, solve, &lines);
@@ -188,7 +190,7 @@ impl<'f> Constant<'f> {
     }
 }
 
-/// Last order of a contact with itself, under loads on circles of up to the radius `largest`, m.
+/// Last order of a contact with itself, under loads up to `largest` from it along y, m.
 fn last_order(forms: &Forms, contact: &SectionContact, largest: f64) -> Result<usize> {
     let section = &forms.section;
     let mut last = FEWEST;
@@ -209,13 +211,13 @@ fn last_order(forms: &Forms, contact: &SectionContact, largest: f64) -> Result<u
     Ok(last)
 }
 
-/// Last order between two contacts with circles of the radius `radius`, m, and more.
-fn last_between([one, other]: [&SectionContact; 2], radius: f64) -> usize {
+/// Last order between two contacts with patches of the half extent `half` along x, m, and more.
+fn last_between([one, other]: [&SectionContact; 2], half: f64) -> usize {
     let mut last = 0;
     for a in one.spots() {
         for b in other.spots() {
             let across = (a.origin[0] - b.origin[0]).hypot(a.origin[1] - b.origin[1]);
-            last = last.max((SHORT * a.radius.max(b.radius) / across.max(radius)).ceil() as usize);
+            last = last.max((SHORT * a.radius.max(b.radius) / across.max(half)).ceil() as usize);
         }
     }
     last
@@ -259,10 +261,11 @@ fn cardinal(blocks: &[(usize, usize)], index: usize, (k, centre): (usize, usize)
     four.filter(|&j| j != index).map(|j| (t - at(j)) / (at(index) - at(j))).product()
 }
 
-/// Γ⁻¹BΓ⁻¹ between loads on two circles.
-fn scaled([one, other]: [LoadCircle; 2], of: impl Fn(usize, usize) -> f64) -> Square {
-    let (rows, columns) = (one.moments(), other.moments());
-    std::array::from_fn(|c| std::array::from_fn(|d| of(c, d) / (rows[c] * columns[d])))
+/// Γ⁻¹BΓ⁻¹ between loads on two patches, in the functions of the contact points.
+pub(crate) fn scaled([one, other]: [LoadPatch; 2], of: impl Fn(usize, usize) -> f64) -> Square {
+    let rows: Square = std::array::from_fn(|c| other.functions(&std::array::from_fn(|d| of(c, d))));
+    let columns: Square = std::array::from_fn(|d| one.functions(&std::array::from_fn(|c| rows[c][d])));
+    std::array::from_fn(|c| std::array::from_fn(|d| columns[d][c]))
 }
 
 /// The means of the displacements of one order under each load, were all of one family, `[9T, 9T]`; `solve` has the

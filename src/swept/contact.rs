@@ -10,8 +10,8 @@
 //! order n are those about the contact, turned by nθ_c: F_0 = cos nθ_c F_0′ − sin nθ_c F_1′, F_1 = sin nθ_c F_0′ +
 //! cos nθ_c F_1′.
 
-use super::load::{Square, LOADS};
 use super::load_frame::rotate_load_pairs;
+use super::load_patch::{Square, LOADS};
 
 /// Spot of the surface of a section that carries loads.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,6 +30,8 @@ pub struct Spot {
 #[derive(Debug, Clone, PartialEq)]
 pub struct SectionContact {
     spots: Vec<Spot>,
+    /// Place (r, y) that is touched, m, where spots beside it stand in for it.
+    touched: Option<[f64; 2]>,
     /// Angle of the frame of the loads, as that of a spot, rad.
     angle: f64,
     /// Place along the path: angle θ about the axle, rad, or distance x along a line, m.
@@ -45,12 +47,12 @@ impl SectionContact {
 
     /// Contact on one spot, in its own frame.
     pub fn on(spot: Spot) -> Self {
-        Self { spots: vec![Spot { share: 1.0, ..spot }], angle: spot.angle, along: 0.0 }
+        Self { spots: vec![Spot { share: 1.0, ..spot }], touched: None, angle: spot.angle, along: 0.0 }
     }
 
-    /// Contact on several spots, in the frame of a surface without slope.
-    pub fn shared(spots: Vec<Spot>) -> Self {
-        Self { spots, angle: 0.0, along: 0.0 }
+    /// Contact on several spots, in the frame of a surface without slope, at the place (r, y) of a profile, m.
+    pub fn shared(spots: Vec<Spot>, touched: [f64; 2]) -> Self {
+        Self { spots, touched: Some(touched), angle: 0.0, along: 0.0 }
     }
 
     /// The same contact at another place along the path: at the angle `along` about the axle, rad, or at x = `along`
@@ -62,6 +64,7 @@ impl SectionContact {
     /// The same contact in a section whose y = 0 lies `distance`, m, farther to smaller y.
     pub(super) fn shifted(mut self, distance: f64) -> Self {
         self.spots.iter_mut().for_each(|spot| spot.origin[1] += distance);
+        self.touched = self.touched.map(|[r, y]| [r, y + distance]);
         self
     }
 
@@ -73,6 +76,11 @@ impl SectionContact {
     /// Place (r, y) of the contact in the section, m: the mean over the loads.
     pub fn origin(&self) -> [f64; 2] {
         [0, 1].map(|c| self.spots().map(|s| s.share * s.origin[c]).sum())
+    }
+
+    /// Place (r, y) that is touched, m: that of the profile where spots stand in for it.
+    pub fn touched(&self) -> [f64; 2] {
+        self.touched.unwrap_or([self.radius(), self.origin()[1]])
     }
 
     /// The spots that carry a part of the loads.

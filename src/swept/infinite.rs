@@ -10,7 +10,7 @@ mod supports;
 pub use supports::TrackSlope;
 
 use super::modes::of_order;
-use super::{rotate_loads, CrossSection, Forms, LineLoad, LoadCircle, Outline, Path, RailTrack, LOADS};
+use super::{rotate_loads, CrossSection, Forms, LineLoad, LoadPatch, Outline, Path, RailTrack, LOADS};
 use crate::dense::symmetric_eigen;
 use crate::fem::ElasticMaterial;
 use crate::{Error, Result};
@@ -49,7 +49,7 @@ pub struct InfiniteRailSpec {
     /// Loss factor of the rail.
     pub loss: f64,
     /// The circle over which the forces are spread.
-    pub patch: LoadCircle,
+    pub patch: LoadPatch,
 }
 
 /// A rail without ends, on q motions of its section.

@@ -1,6 +1,6 @@
 //! Loads and motions at a contact whose frame is turned about x against that of the section.
 
-use super::load::{Square, LOADS};
+use super::load_patch::{Square, LOADS};
 
 /// The components (x, y, n) of the nine loads, [`LOADS`], in a frame turned by `angle` (rad) about x: along y is cos
 /// u_y − sin u_n of what was along y and n, along n is sin u_y + cos u_n. The factors x and y stay with their places.

@@ -183,10 +183,9 @@ impl ContactModeData {
 pub(crate) fn contact_functions(vectors: MatRef<'_, f64>, loads: &[LineLoad]) -> Mat<f64> {
     let mut seen = Mat::zeros(LOADS * loads.len(), vectors.ncols());
     for (c, line) in loads.iter().enumerate() {
-        let moments = line.moments();
         for (k, column) in vectors.col_iter().enumerate() {
-            let means = line.means(column);
-            (0..LOADS).for_each(|a| seen[(LOADS * c + a, k)] = means[a] / moments[a]);
+            let found = line.functions(&line.means(column));
+            (0..LOADS).for_each(|a| seen[(LOADS * c + a, k)] = found[a]);
         }
     }
     seen

@@ -329,7 +329,7 @@ fn whole_of(constant: &Constant) -> Vec<Mat<f64>> {
 
 fn constant(radius: f64, focus: Focus, last: usize) -> Square {
     let forms = clamped(cylinder(&annulus(Some(0.5), 0.03), focus).unwrap(), STEEL);
-    let constant = Constant::new(&forms, &[LoadCircle { radius }], 0.5).unwrap();
+    let constant = Constant::new(&forms, &[LoadPatch::Circle { radius }], 0.5).unwrap();
     let constant = if last > 0 { constant.up_to(last) } else { constant };
     own(&constant)[0]
 }
@@ -375,7 +375,7 @@ fn the_compliance_of_the_contact_has_converged() {
 #[test]
 fn a_contact_beside_the_running_line_is_refused() {
     let forms = clamped(cylinder(&annulus(None, 0.047), COARSE).unwrap(), STEEL);
-    assert_eq!(Constant::new(&forms, &[LoadCircle { radius: 5e-3 }], 0.5).unwrap_err().exit_code(), 2);
+    assert_eq!(Constant::new(&forms, &[LoadPatch::Circle { radius: 5e-3 }], 0.5).unwrap_err().exit_code(), 2);
     assert_eq!(w920s(0.05, COARSE).unwrap_err().exit_code(), 2);
     assert_eq!(Forms::new(w920s(0.0, COARSE).unwrap(), STEEL, &["rim".into()]).unwrap_err().exit_code(), 2);
 }

@@ -142,7 +142,8 @@ impl Wheel {
             share,
         };
         let share = self.face_share();
-        SectionContact::shared(vec![spot(tread, 0.0, 1.0 - share), spot(face, 0.5 * PI, share)])
+        let touched = [self.shape.tread() + self.height.unwrap_or(0.0), 0.0];
+        SectionContact::shared(vec![spot(tread, 0.0, 1.0 - share), spot(face, 0.5 * PI, share)], touched)
     }
 
     /// Part of the loads that the face of the flange carries.

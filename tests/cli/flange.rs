@@ -34,6 +34,14 @@ fn flange_root_and_flange_are_solved_at_once() {
     assert!(sliding.iter().all(|s| (0.97..=1.0).contains(s)), "{sliding:?}");
     let tilt = ["placement/tilt", "placement_2/tilt"].map(|name| numbers(&folder, name)[0]);
     assert!(tilt[0] > 0.3 && tilt[1] > 1.1, "{tilt:?}");
+    // In wider curves both meet on the gauge corner of the rail.
+    let mut wide = in_curve("flange.json");
+    wide["curve"]["radius"] = json!(250);
+    let folder = Folder::with(wide.to_string());
+    let out = folder.call(2, "run", &[]).good().out.clone();
+    assert!(out.contains("ends where another contact of the wheel begins"), "{out}");
+    let pairs = numbers(&folder, "reduced/upper/near_contacts");
+    assert!(pairs.len() == 5 && (pairs[4].abs() - 0.456).abs() < 1e-3, "{pairs:?}");
 }
 
 /// The wheel of `jobs/flange.json` with a lubricated gauge face: `check` says which contact is in the zone, and which
@@ -293,7 +301,7 @@ fn near_places_with_alike_normals_act_on_each_other() {
     let folder = Folder::with(job.to_string());
     folder.call(1, "run", &[]).good();
     let pairs = numbers(&folder, "reduced/lower/near_contacts");
-    assert!(pairs.len() == 4 && pairs[..2] == [0.0, 1.0] && pairs[3].abs() > 5e-3, "{pairs:?}");
+    assert!(pairs.len() == 5 && pairs[..2] == [0.0, 1.0] && pairs[3].abs() > 5e-3, "{pairs:?}");
     let found = numbers(&folder, "stability/growth_rate");
     let model = folder.text("job.h5");
     folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("again.h5")]).good();

@@ -18,6 +18,8 @@ const VERSION: i64 = 3;
 const OF_FUNCTIONS: i64 = 4;
 /// The same where contacts act on each other through one half-space.
 const OF_NEAR_CONTACTS: i64 = 5;
+/// The same with the angle between their normals.
+const OF_BENT_SURFACES: i64 = 6;
 
 /// Contents of the group `/reduced` beside the model.
 #[derive(Debug, Clone, Default)]
@@ -38,7 +40,7 @@ pub fn tables(job: &Job, origin: &Origin, model: &ReducedModel) -> Result<Vec<Ta
     let s = &model.interface;
     let few = || origin.functions.iter().flatten();
     let version = match few().any(|of| !of.near.is_empty()) {
-        true => OF_NEAR_CONTACTS,
+        true => OF_BENT_SURFACES,
         false if few().next().is_some() => OF_FUNCTIONS,
         false => VERSION,
     };
@@ -105,14 +107,15 @@ fn of_functions(place: &str, of: &ContactFunctions) -> Vec<Table> {
         Table::new(&path("function_modes"), "kg^-1/2", seen, &[order, count], by_rows(&of.seen)),
     ];
     if !of.near.is_empty() {
-        let text = "Pairs of contacts that act on each other through one half-space: their numbers from 0, and the \
-                    place of the second one from the first along x and y, m.";
-        let pairs = of.near.iter().flat_map(|pair| pair.contacts.map(|c| c as f64).into_iter().chain(pair.apart));
+        let text = "Pairs of contacts that act on each other through one half-space: their numbers from 0, the place \
+                    of the second one from the first along x and y, m, and its angle against the first about x, rad.";
+        let numbers = |&NearPair { contacts: [c, d], apart: [x, y], bend }: &NearPair| [c as f64, d as f64, x, y, bend];
+        let pairs = of.near.iter().flat_map(numbers);
         tables.push(Table::new(
             &path("near_contacts"),
-            "1, 1, m, m",
+            "1, 1, m, m, rad",
             text,
-            &[of.near.len(), 4],
+            &[of.near.len(), 5],
             pairs.collect::<Vec<f64>>(),
         ));
     }
@@ -262,9 +265,9 @@ pub fn load(reader: &Reader, job: &Job) -> Result<ReusedModel> {
         Values::I64(v) if v[..] == [1] => 1,
         _ => integer("/reduced/version")?,
     };
-    if ![VERSION, OF_FUNCTIONS, OF_NEAR_CONTACTS].contains(&version) {
+    if ![VERSION, OF_FUNCTIONS, OF_NEAR_CONTACTS, OF_BENT_SURFACES].contains(&version) {
         return Err(Error::Input(format!(
-            "{name}: its reduced model has version {version}, this program reads {VERSION} to {OF_NEAR_CONTACTS}; make \
+            "{name}: its reduced model has version {version}, this program reads {VERSION} to {OF_BENT_SURFACES}; make \
              the file again"
         )));
     }
@@ -328,10 +331,15 @@ pub fn load(reader: &Reader, job: &Job) -> Result<ReusedModel> {
                     true => line(&path("near_contacts"))?,
                     false => Vec::new(),
                 };
-                let pair = |v: &[f64]| NearPair { contacts: [v[0] as usize, v[1] as usize], apart: [v[2], v[3]] };
-                let near: Vec<NearPair> = pairs.chunks_exact(4).map(pair).collect();
+                let columns = if version < OF_BENT_SURFACES { 4 } else { 5 };
+                let pair = |v: &[f64]| NearPair {
+                    contacts: [v[0] as usize, v[1] as usize],
+                    apart: [v[2], v[3]],
+                    bend: v.get(4).copied().unwrap_or(0.0),
+                };
+                let near: Vec<NearPair> = pairs.chunks_exact(columns).map(pair).collect();
                 let is_pair = |pair: &NearPair| pair.contacts[0] < pair.contacts[1] && pair.contacts[1] < grids.len();
-                if pairs.len() % 4 != 0 || pairs.iter().any(|v| !v.is_finite()) || !near.iter().all(is_pair) {
+                if pairs.len() % columns != 0 || pairs.iter().any(|v| !v.is_finite()) || !near.iter().all(is_pair) {
                     return Err(Error::Input(format!(
                         "{name}: {}: expected pairs of the {} contacts",
                         path("near_contacts"),

@@ -99,7 +99,7 @@ mod tests {
     use crate::rails::R60E1;
     use crate::swept::infinite::InfiniteRailSpec;
     use crate::swept::track_decay::{decay_rate, log_slope, POSITIONS};
-    use crate::swept::{BuiltRail, LoadCircle};
+    use crate::swept::{BuiltRail, LoadPatch};
     use num_complex::Complex64;
     use std::f64::consts::PI;
 
@@ -122,7 +122,7 @@ mod tests {
             angle: 0.1,
             tilt: -0.1,
             loss,
-            patch: LoadCircle { radius: 5e-3 },
+            patch: LoadPatch::Circle { radius: 5e-3 },
         };
         Infinite::new(&making, 2.0 * PI * 1500.0).unwrap()
     }

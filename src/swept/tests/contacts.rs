@@ -3,7 +3,7 @@
 use super::super::modes::contact_functions;
 use super::*;
 
-const CIRCLE: LoadCircle = LoadCircle { radius: 5e-3 };
+const CIRCLE: LoadPatch = LoadPatch::Circle { radius: 5e-3 };
 
 /// A wide ring of steel, held at its bore: at the scale of some centimetres a half-space and a smooth rest.
 fn wide(contact_offset: f64) -> SectionSource {
@@ -13,10 +13,10 @@ fn wide(contact_offset: f64) -> SectionSource {
 }
 
 /// A of contacts on `given` at places y of the section, m, and angles about the axle, rad.
-fn between(given: &SectionSource, contacts: &[(f64, f64)], patches: &[LoadCircle], every: bool) -> Mat<f64> {
+fn between(given: &SectionSource, contacts: &[(f64, f64)], patches: &[LoadPatch], every: bool) -> Mat<f64> {
     let places: Vec<RunningPlace> =
         contacts.iter().map(|&(y, _)| RunningPlace { y, height: None, opposite: false }).collect();
-    let radii: Vec<f64> = patches.iter().map(|patch| patch.radius).collect();
+    let radii: Vec<f64> = patches.iter().map(|patch| patch.half()[1]).collect();
     // The own contact of the section is that of the first.
     let forms = clamped(given.for_loads_at(&places[1..], &radii).unwrap(), STEEL);
     let at = |(&place, &(_, along)): (&RunningPlace, &(f64, f64))| given.contact_at(place).at_place(along);
@@ -64,7 +64,7 @@ fn point([x, y]: [f64; 2]) -> [[f64; 3]; 3] {
 
 /// Γ⁻¹BΓ⁻¹ between two discs of `CIRCLE` on a half-space, the first one at the offset `apart` from the second.
 fn half_space(apart: [f64; 2]) -> Square {
-    let points = disc(CIRCLE.radius);
+    let points = disc(CIRCLE.shorter());
     let moments = CIRCLE.moments();
     let mut all = [[0.0; LOADS]; LOADS];
     for (p, v) in &points {
@@ -153,14 +153,14 @@ fn contacts_on_a_large_body_are_those_of_a_half_space() {
 fn blocks_of_orders_keep_what_oscillates() {
     let given = SectionSource::Cylinder(annulus(None, -0.02));
     let contacts = [(-0.02, 0.0), (0.02, 0.0), (-0.02, 0.12), (0.0, 0.5 * PI)];
-    let patches = vec![LoadCircle { radius: 0.010 }; contacts.len()];
+    let patches = vec![LoadPatch::Circle { radius: 0.010 }; contacts.len()];
     let [blocks, each] = [false, true].map(|every| between(&given, &contacts, &patches, every));
     let mut worst = [0.0_f64; 2];
     for c in 0..contacts.len() {
         for d in (0..contacts.len()).filter(|d| *d != c) {
             let [a, b, back] = [pair(&blocks, c, d), pair(&each, c, d), pair(&blocks, d, c)];
             let size = (0..9).map(|k| b[k / 3][k % 3].abs()).fold(0.0, f64::max);
-            let arm = |k: usize| if k < 3 { 1.0 } else { patches[0].radius };
+            let arm = |k: usize| if k < 3 { 1.0 } else { patches[0].half()[1] };
             for i in 0..LOADS {
                 for j in 0..LOADS {
                     let off = (a[i][j] - b[i][j]).abs() * arm(i) * arm(j);
@@ -247,7 +247,7 @@ fn modes_are_what_one_contact_does_to_the_other() {
 /// a Hertzian pressure of 1 N on a disc at the distance s, both of radius 5 mm, on one half-space.
 #[test]
 fn near_contacts_are_off_by_so_much() {
-    let points = disc(CIRCLE.radius);
+    let points = disc(CIRCLE.shorter());
     let moments = CIRCLE.moments();
     let moved =
         |p: [f64; 2], s: f64| points.iter().map(|(q, w)| w * point([s + p[0] - q[0], p[1] - q[1]])[2][2]).sum::<f64>();
@@ -284,7 +284,7 @@ fn tread_and_flange_of_a_wheel_do_the_same_to_each_other() {
     let both = |given: &SectionSource, there: RunningPlace| {
         let forms = clamped(given.for_loads_at(&[there], &[4e-3, 3e-3]).unwrap(), steel);
         let contacts = [given.contact(), given.contact_at(there)];
-        let patches = vec![LoadCircle { radius: 4e-3 }, LoadCircle { radius: 3e-3 }];
+        let patches = vec![LoadPatch::Circle { radius: 4e-3 }, LoadPatch::Circle { radius: 3e-3 }];
         whole_of(&Constant::of_contacts(&forms, &[patches], &contacts).unwrap()).swap_remove(0)
     };
     let one = both(&given, flange);
@@ -295,7 +295,7 @@ fn tread_and_flange_of_a_wheel_do_the_same_to_each_other() {
             steel,
         );
         let contacts = [given.contact(), given.contact_at(RunningPlace { y: 0.0, height: Some(0.0), opposite: false })];
-        let patches = vec![LoadCircle { radius: 3e-3 }, LoadCircle { radius: 4e-3 }];
+        let patches = vec![LoadPatch::Circle { radius: 3e-3 }, LoadPatch::Circle { radius: 4e-3 }];
         whole_of(&Constant::of_contacts(&forms, &[patches], &contacts).unwrap()).swap_remove(0)
     };
     // From the other end, on another mesh.
@@ -317,7 +317,7 @@ fn tread_and_flange_of_a_wheel_do_the_same_to_each_other() {
 /// (1 + EIk²/GAκ)/(EIk⁴ + EIsk²/GAκ + s). What moves along it is odd about the load.
 #[test]
 fn a_load_ahead_on_a_rail_bends_it_as_a_beam() {
-    let (period, patch) = (14.0, LoadCircle { radius: 8e-3 });
+    let (period, patch) = (14.0, LoadPatch::Circle { radius: 8e-3 });
     let rail = BuiltRail::new(&R60E1, 0.0).unwrap();
     let focus = Focus { size: 5e-3, reach: 0.01, corner: 0.02, largest: 0.02 };
     let pads = straight::pads();

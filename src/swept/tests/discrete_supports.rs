@@ -12,7 +12,7 @@ type C64 = Complex<f64>;
 const BAYS: usize = 48;
 const SPACING: f64 = 0.6;
 const PERIOD: f64 = 28.8;
-const PATCH: LoadCircle = LoadCircle { radius: 5e-3 };
+const PATCH: LoadPatch = LoadPatch::Circle { radius: 5e-3 };
 
 /// Displacement at the distance x, m/N, of the infinite beam without anything below it (as [`Beam::infinite`]).
 fn free(beam: &Beam, omega: f64, x: f64) -> C64 {

@@ -55,10 +55,10 @@ fn a_drawn_rail_is_the_built_in_one() {
 /// Compliance of the contact, with the drawing made finer there.
 #[test]
 fn the_contact_on_a_drawn_rail_yields_as_on_the_built_in_one() {
-    let patch = LoadCircle { radius: 5e-3 };
+    let patch = LoadPatch::Circle { radius: 5e-3 };
     let period = 14.0;
     let yields = |rail: &PlacedRailSection| {
-        let section = rail.for_loads(patch.radius).unwrap();
+        let section = rail.for_loads(patch.half()[1]).unwrap();
         let forms = Forms::along(section, RAIL_STEEL, period, Some(&pads()), rail.contact().angle).unwrap();
         let constant = Constant::new(&forms, &[patch], period / (2.0 * PI)).unwrap();
         own(&constant)[0]

@@ -21,7 +21,7 @@ fn waves_of_a_rail_serve_wherever_it_is_touched() {
     let angle = there.contact().angle - here.contact().angle;
     assert!(angle < -0.04 && forms.is_elsewhere(&other, angle) && other.is_elsewhere(&forms, -angle));
     assert!(!forms.is_elsewhere(&other, -angle) && !forms.is_elsewhere(&other, angle + 1e-9));
-    let patch = LoadCircle { radius: 5e-3 };
+    let patch = LoadPatch::Circle { radius: 5e-3 };
     for n in [0, 1, 7, 30] {
         let limit = 2.0 * PI * 2500.0;
         let rotated = RailMode::new(&forms, of_order(&forms, n, limit).unwrap(), &[]).rotated(angle);

@@ -4,7 +4,7 @@ use super::super::modes::{contact_functions, FourierModes};
 use super::*;
 
 const RAIL_WHEEL: ElasticMaterial = ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 };
-const PATCH: LoadCircle = LoadCircle { radius: 4e-3 };
+const PATCH: LoadPatch = LoadPatch::Circle { radius: 4e-3 };
 
 /// Height of S1002 (EN 13715) above the running circle at y, both mm, y to the field side.
 fn s1002(y: f64) -> f64 {
@@ -60,7 +60,7 @@ fn turn(place: [f64; 3], mirrored: bool) -> f64 {
 /// Compliance of the contact beside the half-space, in the frame of the profile.
 fn compliance(place: [f64; 3], mirrored: bool) -> Square {
     let given = wheel(place, mirrored);
-    let loads = clamped(given.for_loads(PATCH.radius).unwrap(), RAIL_WHEEL);
+    let loads = clamped(given.for_loads(PATCH.half()[1]).unwrap(), RAIL_WHEEL);
     let constant = Constant::for_contact(&loads, &[PATCH], &given.contact()).unwrap();
     load_frame::rotate_load_pairs(&own(&constant)[0], turn(place, mirrored))
 }

@@ -143,7 +143,7 @@ pub(super) fn at_contact(y: f64, radii: &[f64], parts: f64, period: f64, singles
     let focus = Focus { size: radii[0] / parts, reach: 1.5 * radii[0], corner: 0.03 / parts, largest: 0.03 / parts };
     let section = rail.section(focus).unwrap();
     let forms = Forms::along(section, RAIL_STEEL, period, Some(&pads()), rail.contact().angle).unwrap();
-    let patches: Vec<LoadCircle> = radii.iter().map(|&radius| LoadCircle { radius }).collect();
+    let patches: Vec<LoadPatch> = radii.iter().map(|&radius| LoadPatch::Circle { radius }).collect();
     let mut constant = Constant::new(&forms, &patches, period / (2.0 * PI)).unwrap();
     if let Some(singles) = singles {
         let usual: Vec<_> = constant.blocks.iter().copied().filter(|b| b.0 - b.1 / 2 > singles).collect();
@@ -206,7 +206,7 @@ pub(super) struct PaddedRail {
 }
 
 impl PaddedRail {
-    pub(super) fn new(period: f64, limit: f64, patch: LoadCircle) -> Self {
+    pub(super) fn new(period: f64, limit: f64, patch: LoadPatch) -> Self {
         let radius = period / (2.0 * PI);
         let rail = BuiltRail::new(&R60E1, 0.0).unwrap();
         let forms = Forms::along(rail.for_modes().unwrap(), RAIL_STEEL, period, Some(&pads()), 0.0).unwrap();
@@ -233,7 +233,7 @@ impl PaddedRail {
 /// modes to 6.5 kHz; here to 3.5 kHz.
 #[test]
 fn the_rail_on_pads_responds_as_a_beam() {
-    let (period, patch) = (14.0, LoadCircle { radius: 5e-3 });
+    let (period, patch) = (14.0, LoadPatch::Circle { radius: 5e-3 });
     let rail = PaddedRail::new(period, 3500.0, patch);
     let PaddedRail { waves, list, .. } = &rail;
     let numbers: Vec<f64> = waves.iter().rev().flat_map(RailMode::to_numbers).collect();
@@ -249,7 +249,7 @@ fn the_rail_on_pads_responds_as_a_beam() {
     let trace = |c: &Mat<f64>| (0..list.len()).map(|i| c[(i, i)]).sum::<f64>();
     let mean = (trace(&whole) - trace(&plain)) / list.len() as f64;
     assert!((mean / (2.0 * 6000.0 * 5.0 / 3.0 / period) - 1.0).abs() < 0.02, "{mean}");
-    let a = at_contact(0.0, &[patch.radius], 2.0, period, None)[0];
+    let a = at_contact(0.0, &[patch.half()[1]], 2.0, period, None)[0];
     let beam = beam_60e1(RAIL_STEEL, false, 0.02);
     let mut off = [0.0_f64; 2];
     for f in [100.0, 200.0, 300.0, 400.0, 500.0, 700.0, 1000.0, 1500.0] {

@@ -142,9 +142,9 @@ fn statics_of_a_body_that_turns_freely_leave_the_torsion_out() {
 }
 
 /// Γ⁻¹BΓ⁻¹ of contacts on the treads of both wheels, in the frame of the one that carries y = 0.
-fn both_treads(given: &SectionSource, patch: LoadCircle) -> (Mat<f64>, Vec<SectionContact>) {
+fn both_treads(given: &SectionSource, patch: LoadPatch) -> (Mat<f64>, Vec<SectionContact>) {
     let there = RunningPlace { y: 0.0, height: None, opposite: true };
-    let section = given.for_loads_at(&[there], &[patch.radius; 2]).unwrap();
+    let section = given.for_loads_at(&[there], &[patch.half()[1]; 2]).unwrap();
     assert!(Mirror::new(&section, given.middle().unwrap()).is_some(), "the meshes of both wheels differ");
     let at = |y: f64| Bearing { place: [0.0, y], stiffness: [1e6; 3] };
     let bearings = given.bearings(&section, &[at(-1.0), at(1.0)]).unwrap();
@@ -161,7 +161,7 @@ fn both_treads(given: &SectionSource, patch: LoadCircle) -> (Mat<f64>, Vec<Secti
 /// of the whole wheelset on its springs and bending of its axle, and the modes have all of it but for 0.5 pm/N.
 #[test]
 fn both_wheels_act_on_each_other_by_the_modes_alone() {
-    let patch = LoadCircle { radius: 6e-3 };
+    let patch = LoadPatch::Circle { radius: 6e-3 };
     let given = wheelset(false);
     let (all, contacts) = both_treads(&given, patch);
     let forms = suspended(&given, [1e6; 3]);
@@ -196,12 +196,12 @@ fn both_wheels_act_on_each_other_by_the_modes_alone() {
 #[test]
 fn a_flange_contact_loads_one_wheel() {
     let shape = WheelShape::w920s_wheelset();
-    let (patch, [y, height]) = (LoadCircle { radius: 4e-3 }, [0.0385, 0.014]);
+    let (patch, [y, height]) = (LoadPatch::Circle { radius: 4e-3 }, [0.0385, 0.014]);
     for mirrored in [false, true] {
         let given = SectionSource::Wheel(Wheel { shape: shape.clone(), offset: y, height: Some(height), mirrored });
         let middle = given.middle().unwrap();
         let there = RunningPlace { y, height: Some(height), opposite: true };
-        let section = given.for_loads_at(&[there], &[patch.radius; 2]).unwrap();
+        let section = given.for_loads_at(&[there], &[patch.half()[1]; 2]).unwrap();
         let forms = Forms::new(section, STEEL_OF_WHEELS, &[]).unwrap();
         let contacts = [given.contact(), given.contact_at(there)];
         let [own, other] = [0, 1].map(|c: usize| contacts[c].origin());
@@ -223,7 +223,7 @@ fn a_flange_contact_loads_one_wheel() {
 /// The right-hand wheelset is the mirror image of the left-hand one.
 #[test]
 fn left_and_right_are_mirror_images() {
-    let patch = LoadCircle { radius: 6e-3 };
+    let patch = LoadPatch::Circle { radius: 6e-3 };
     let of = |mirrored: bool, n: usize| {
         let given = wheelset(mirrored);
         let forms = suspended(&given, [1e6, 2e6, 1e6]);

@@ -4,7 +4,7 @@ use crate::rails::R60E1;
 use crate::sound::Radiation;
 use crate::swept::infinite::InfiniteRailSpec;
 use crate::swept::{
-    BuiltRail, CrossSection, LoadCircle, RailTrack, SectionCell, SectionElement, SleeperLayer, TrackLayer,
+    BuiltRail, CrossSection, LoadPatch, RailTrack, SectionCell, SectionElement, SleeperLayer, TrackLayer,
 };
 use faer::linalg::solvers::Solve;
 use std::collections::BTreeMap;
@@ -58,7 +58,7 @@ fn a_round_bar_radiates_as_a_beam_of_moving_cylinders() {
         angle: 0.0,
         tilt: 0.0,
         loss,
-        patch: LoadCircle { radius: 2e-3 },
+        patch: LoadPatch::Circle { radius: 2e-3 },
     };
     let rail = Infinite::new(&making, 2.0 * PI * 3000.0).expect("rail");
     let bands = Bands::spanning(100.0, 2000.0);
@@ -111,7 +111,7 @@ fn rail(reach: f64) -> Infinite {
         angle: section.contact().angle,
         tilt: -section.contact().angle,
         loss: 0.02,
-        patch: LoadCircle { radius: 3e-3 },
+        patch: LoadPatch::Circle { radius: 3e-3 },
     };
     Infinite::new(&making, 2.0 * PI * reach).expect("rail")
 }
@@ -259,7 +259,7 @@ fn a_rail_without_damping_is_refused() {
         angle: 0.0,
         tilt: 0.0,
         loss: 0.0,
-        patch: LoadCircle { radius: 2e-3 },
+        patch: LoadPatch::Circle { radius: 2e-3 },
     };
     let rail = Infinite::new(&making, 2.0 * PI * 1500.0).expect("rail");
     let radiators = complete(&rail, &Bands::spanning(800.0, 1000.0));
