@@ -118,8 +118,45 @@ def three_dimensions():
     put(PAGE, "three-dimensions", table(["wheel", "rail", "growth, 1/s", "second", "third", "fourth"], rows))
 
 
+def two_contacts():
+    """The wheel of wheel-at-given-yaw.json where it touches the rail at two places, swept and as a mesh."""
+    tables = {}
+    with tempfile.TemporaryDirectory() as folder:
+        wheel = Path(folder) / "wheel.msh"
+        made("make_wheel.py", "--contact-size", 0.003, "--corner-size", 0.005, "--patch", 0.018, wheel)
+        for of_wheel in ("swept", "mesh"):
+            sets = {
+                "analyses": json.dumps({"modes": {"max_frequency": 2500}, "steady": {}, "stability": {}}),
+                "output.fields": "false",
+                "contact.places": "all",
+                "contact.normal_load": "null",
+                "contact.vertical_load": 60e3,
+                "contact.placement.lateral": 0.21e-3,
+            }
+            if of_wheel == "mesh":
+                given = json.loads((ROOT / "jobs" / "wheel-on-rail-3d.json").read_text())["bodies"]["upper"]
+                sets["bodies.upper"] = json.dumps(given | {"mesh": {"file": str(wheel)}})
+            tables[of_wheel], _ = run("wheel-at-given-yaw.json", sets, groups=("stability", "contact", "contact_2"))
+    pairs = {name: list(zip(t["stability/frequency"], t["stability/growth_rate"])) for name, t in tables.items()}
+    forces = [[-t[f"{c}/force"][2] / 1e3 for c in ("contact", "contact_2")] for t in tables.values()]
+    print("normal forces, kN:", forces)
+    rows = []
+    for at, rate in sorted(pair for pair in pairs["swept"] if pair[0] < 2100 and pair[1] > -30):
+        there, found = min(pairs["mesh"], key=lambda pair: abs(pair[0] - at) + abs(pair[1] - rate))
+        rows.append(
+            [
+                f"{at:.1f}",
+                f"{there:.1f} ({100 * (there / at - 1):+.2f} %)",
+                f"{rate:.3f}",
+                f"{found:.3f} ({100 * (found / rate - 1):+.1f} %)",
+            ]
+        )
+    put(PAGE, "two-contacts", table(["swept, Hz", "mesh, Hz", "swept, 1/s", "mesh, 1/s"], rows))
+
+
 def met():
     install("python3-gmsh")
     compliances()
     three_dimensions()
+    two_contacts()
     return {}

@@ -1,11 +1,11 @@
 //! The contact rows of a body of finite elements: at nodes of its mesh, as means about the nodes of a grid, or from
-//! nine means over a disc at each contact. Rows are stacked over the contacts.
+//! nine means over a patch at each contact. Rows are stacked over the contacts.
 
 use super::hybrid::{expansions, Lines};
 use super::near_contacts::ContactPosition;
 use super::statics::Statics;
 use super::trace::{axis, Trace};
-use crate::grid::{ContactGrid, DiscAverage, Transfer, Weights};
+use crate::grid::{ContactGrid, PatchAverage, PatchShape, Transfer, Weights};
 use crate::parallel::World;
 use crate::swept::{LoadPatch, LOADS};
 use crate::{Error, Result};
@@ -20,14 +20,14 @@ pub struct MeshContact<'g> {
     pub along: f64,
 }
 
-/// The means ⟨ω π_m, u_c⟩ over discs as rows 9k + 3m + c of the contact k, π = (1, x, y), c = (x, y, n into the body),
-/// and the grids whose rows follow from the first ones.
+/// The means ⟨ω π_m, u_c⟩ over patches as rows 9k + 3m + c of the contact k, π = (1, x, y), c = (x, y, n into the
+/// body), and the grids whose rows follow from the first ones.
 #[derive(Debug, Clone)]
 pub struct AveragedTrace {
     /// Lines of the grid of each contact along x and y, m.
     pub grids: Vec<Lines>,
-    /// Sets of discs, one at each contact, and their means; wider ones second, where there is room for them.
-    pub discs: Vec<(Vec<LoadPatch>, Trace)>,
+    /// Sets of patches, one at each contact, and their means; others second, where there is room for them.
+    pub patches: Vec<(Vec<LoadPatch>, Trace)>,
     /// Positions of the contacts.
     pub positions: Vec<ContactPosition>,
 }
@@ -76,7 +76,7 @@ pub(super) fn trace(
 ) -> Result<(Trace, Option<AveragedTrace>)> {
     let discs_of = |contact: &MeshContact| -> usize {
         match &contact.grid.transfer {
-            Some(Transfer::DiscAverage { discs, .. }) => discs.len(),
+            Some(Transfer::PatchAverage { patches, .. }) => patches.len(),
             _ => 0,
         }
     };
@@ -107,10 +107,10 @@ pub(super) fn trace(
         })?;
         return Ok((Trace::new(world, ranges, rows.as_deref())?, None));
     }
-    let discs: Vec<(&[DiscAverage], [[f64; 3]; 3])> = contacts
+    let discs: Vec<(&[PatchAverage], [[f64; 3]; 3])> = contacts
         .iter()
         .filter_map(|contact| match &contact.grid.transfer {
-            Some(Transfer::DiscAverage { discs, tilt }) => Some((&discs[..], axes(contact.along, *tilt))),
+            Some(Transfer::PatchAverage { patches, tilt }) => Some((&patches[..], axes(contact.along, *tilt))),
             _ => None,
         })
         .collect();
@@ -120,15 +120,25 @@ pub(super) fn trace(
     let grids: Vec<Lines> = (0..sets.len()).map(|k| [lines(k, |g| &g.x), lines(k, |g| &g.y)]).collect();
     let mut all = Vec::new();
     for set in 0..count {
-        let radii = world.broadcast(discs.iter().map(|(discs, _)| discs[set].radius).collect::<Vec<f64>>());
+        // Of each patch the half sides and the middle; no half side along x of a disc.
+        let numbers = |(patches, _): &(&[PatchAverage], _)| match patches[set].shape {
+            PatchShape::Disc { radius } => [0.0, radius, 0.0],
+            PatchShape::Rectangle { half: [a, b], middle } => [a, b, middle],
+        };
+        let shapes = world.broadcast(discs.iter().flat_map(numbers).collect::<Vec<f64>>());
         let rows = world.on_root(|| {
-            let of = |(discs, axes): &(&[DiscAverage], [[f64; 3]; 3])| weighted(&discs[set].weights, axes, nodes.first);
+            let of =
+                |(discs, axes): &(&[PatchAverage], [[f64; 3]; 3])| weighted(&discs[set].weights, axes, nodes.first);
             Ok(discs.iter().map(of).collect::<Result<Vec<_>>>()?.concat())
         })?;
-        let patches: Vec<LoadPatch> = radii.into_iter().map(|radius| LoadPatch::Circle { radius }).collect();
+        let patch = |of: &[f64]| match (of[0], of[1], of[2]) {
+            (0.0, radius, _) => LoadPatch::Circle { radius },
+            (a, b, middle) => LoadPatch::Rectangle { half: [a, b], middle },
+        };
+        let patches: Vec<LoadPatch> = shapes.chunks_exact(3).map(patch).collect();
         all.push((patches, Trace::new(world, ranges, rows.as_deref())?));
     }
-    let position = |(discs, [_, _, normal]): &(&[DiscAverage], [[f64; 3]; 3])| {
+    let position = |(discs, [_, _, normal]): &(&[PatchAverage], [[f64; 3]; 3])| {
         let weights = &discs[0].weights[0];
         let sum = |c: usize| weights.iter().map(|&(node, w)| w * (nodes.place)(node)[c]).sum::<f64>();
         [[0, 1, 2].map(sum), *normal].concat()
@@ -138,17 +148,28 @@ pub(super) fn trace(
     let positions =
         numbers.chunks_exact(6).map(|v| ContactPosition { point: three(&v[..3]), normal: three(&v[3..]) }).collect();
     let pi = expansions(&grids);
-    let moments: Vec<f64> = all[0].0.iter().flat_map(LoadPatch::moments).collect();
-    let factors = Mat::from_fn(pi.nrows(), pi.ncols(), |i, k| pi[(i, k)] / moments[k]);
-    Ok((all[0].1.clone().times(factors), Some(AveragedTrace { grids, discs: all, positions })))
+    let factors = pi * functions(&all[0].0);
+    Ok((all[0].1.clone().times(factors), Some(AveragedTrace { grids, patches: all, positions })))
+}
+
+/// The functions that have means on `patches`, from these: Γ⁻¹ of each, `[9T, 9T]`.
+fn functions(patches: &[LoadPatch]) -> Mat<f64> {
+    let mut all = Mat::zeros(LOADS * patches.len(), LOADS * patches.len());
+    for (c, patch) in patches.iter().enumerate() {
+        for k in 0..LOADS {
+            let found = patch.functions(&std::array::from_fn(|l| if l == k { 1.0 } else { 0.0 }));
+            (0..LOADS).for_each(|l| all[(LOADS * c + l, LOADS * c + k)] = found[l]);
+        }
+    }
+    all
 }
 
 impl AveragedTrace {
-    /// Collective: Γ⁻¹BΓ⁻¹ of each set of discs, B the means under unit loads of them, m/N and so on, `[9T, 9T]`;
+    /// Collective: Γ⁻¹BΓ⁻¹ of each set of patches, B the means under unit loads of them, m/N and so on, `[9T, 9T]`;
     /// `owned` degrees of freedom are this rank's.
     pub fn yielding(&self, world: &World, statics: &mut Statics, owned: usize) -> Result<Vec<Mat<f64>>> {
         let mut all = Vec::new();
-        for (patches, trace) in &self.discs {
+        for (patches, trace) in &self.patches {
             let count = LOADS * patches.len();
             let mut loads = vec![0.0; count * owned];
             for k in 0..count {
@@ -158,9 +179,12 @@ impl AveragedTrace {
             }
             statics.solve(&mut loads, count)?;
             let means = trace.gather(world, count, |k| &loads[k * owned..(k + 1) * owned]);
-            let moments: Vec<f64> = patches.iter().flat_map(LoadPatch::moments).collect();
-            let of = |m: &Mat<f64>, c: usize, d: usize| 0.5 * (m[(c, d)] + m[(d, c)]) / (moments[c] * moments[d]);
-            let of = |c: usize, d: usize| means.as_ref().map_or(0.0, |m| of(m, c, d));
+            let found = means.map(|m| {
+                let even = Mat::from_fn(count, count, |c, d| 0.5 * (m[(c, d)] + m[(d, c)]));
+                let of_means = functions(patches);
+                &of_means * even * of_means.transpose()
+            });
+            let of = |c: usize, d: usize| found.as_ref().map_or(0.0, |m| m[(c, d)]);
             let own = world.broadcast((0..count * count).map(|k| of(k / count, k % count)).collect::<Vec<f64>>());
             all.push(Mat::from_fn(count, count, |c, d| own[count * c + d]));
         }
@@ -175,9 +199,7 @@ impl AveragedTrace {
         count: usize,
         mode: impl Fn(usize) -> &'v [f64],
     ) -> Option<Mat<f64>> {
-        let (patches, trace) = self.discs.first()?;
-        let moments: Vec<f64> = patches.iter().flat_map(LoadPatch::moments).collect();
-        let rows = trace.gather(world, count, mode)?;
-        Some(Mat::from_fn(moments.len(), count, |c, k| rows[(c, k)] / moments[c]))
+        let (patches, trace) = self.patches.first()?;
+        Some(functions(patches) * trace.gather(world, count, mode)?)
     }
 }

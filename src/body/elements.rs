@@ -3,7 +3,7 @@
 use super::collective_order::CollectiveOrderCheck;
 use super::fe::{BodyModes, FeBody};
 use super::half_space::HalfSpace;
-use super::hybrid::Hybrid;
+use super::hybrid::{Hybrid, CIRCLE};
 use super::modes::{self, Extent};
 use super::nearest::Nearest;
 use super::residual_flexibility::{self, NodeRecovery};
@@ -144,11 +144,15 @@ impl ElasticBody for Elements<'_> {
         let mut text = made.describe();
         if let (Some(hybrid), Some(means)) = (&mut self.hybrid, &self.fe.means) {
             let yielding = means.yielding(world, &mut made, self.fe.dofs.owned())?;
-            let circles: Vec<_> = means.discs.iter().map(|d| d.0.clone()).collect();
+            let patches: Vec<_> = means.patches.iter().map(|d| d.0.clone()).collect();
             let near = |e: Error| e.context(format!("compliance of body \"{}\"", self.fe.name));
-            let radii: Vec<f64> = circles[0].iter().map(LoadPatch::shorter).collect();
+            let radius = |patch: &LoadPatch| match *patch {
+                LoadPatch::Circle { radius } => radius,
+                LoadPatch::Rectangle { .. } => CIRCLE * patch.shorter(),
+            };
+            let radii: Vec<f64> = patches[0].iter().map(radius).collect();
             hybrid.find_near(&means.positions, &radii).map_err(near)?;
-            text += &format!("; {}", hybrid.complete(&yielding, &circles)?);
+            text += &format!("; {}", hybrid.complete(&yielding, &patches)?);
         }
         *self.statics.get_mut() = Some(made);
         Ok(Some(text))

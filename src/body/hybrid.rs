@@ -7,7 +7,7 @@ use super::near_contacts::{add_between, ends, near_pairs, ContactPosition, NearP
 use super::positivity::refuse_negative;
 use crate::parallel::World;
 use crate::swept::compliance::{pair_of, put, sum};
-use crate::swept::{rotate_load_pairs_between, Constant, Forms, HalfSpaceLoad, LoadPatch, Path, SectionContact};
+use crate::swept::{rotate_load_pairs_between, Constant, Forms, LoadPatch, Path, SectionContact};
 use crate::{Error, Result};
 use faer::linalg::matmul::matmul;
 use faer::{Accum, Mat, MatRef, Par};
@@ -234,26 +234,27 @@ impl Hybrid {
         }
     }
 
-    /// Keeps the compliance that `yielding`, Γ⁻¹BΓ⁻¹ of loads on sets of discs, `circles`, leaves beside the
-    /// half-spaces; said in words, for the summary.
-    pub fn complete(&mut self, yielding: &[Mat<f64>], circles: &[Vec<LoadPatch>]) -> Result<String> {
+    /// Keeps the compliance that `yielding`, Γ⁻¹BΓ⁻¹ of loads on sets of `patches`, leaves beside the half-spaces; said
+    /// in words, for the summary.
+    pub fn complete(&mut self, yielding: &[Mat<f64>], patches: &[Vec<LoadPatch>]) -> Result<String> {
         let beside = |(b, set): (&Mat<f64>, &Vec<LoadPatch>)| -> Mat<f64> {
             let mut all = b.clone();
             for (c, &patch) in set.iter().enumerate() {
-                let load = HalfSpaceLoad { patch, shear: self.half_space.shear(), poisson: self.half_space.poisson };
-                let (known, moments, own) = (load.sum(), patch.moments(), pair_of(b.as_ref(), [c, c]));
-                let less = |i: usize, j: usize| own[i][j] - known[i][j] / (moments[i] * moments[j]);
-                put(&mut all, [c, c], &std::array::from_fn(|i| std::array::from_fn(|j| less(i, j))));
+                let (known, own) = (self.half_space.under_loads(patch), pair_of(b.as_ref(), [c, c]));
+                put(&mut all, [c, c], &std::array::from_fn(|i| std::array::from_fn(|j| own[i][j] - known[i][j])));
             }
             self.take_off_known(&mut all, set);
             all
         };
-        let made: Vec<Mat<f64>> = yielding.iter().zip(circles).map(beside).collect();
-        let first = circles.first().cloned().unwrap_or_default();
-        let radii: Vec<String> = first.iter().map(|circle| format!("{:.2}", 1e3 * circle.shorter())).collect();
-        let over = if radii.len() == 1 { "a disc" } else { "discs" };
+        let made: Vec<Mat<f64>> = yielding.iter().zip(patches).map(beside).collect();
+        let first = patches.first().cloned().unwrap_or_default();
+        let size = |patch: &LoadPatch| match patch.half().map(|a| 1e3 * a) {
+            [_, radius] if matches!(patch, LoadPatch::Circle { .. }) => format!("a disc of {radius:.2} mm"),
+            [a, b] => format!("a rectangle of {:.2} by {:.2} mm", 2.0 * a, 2.0 * b),
+        };
+        let over: Vec<String> = first.iter().map(size).collect();
         let beside = self.keep_first(&made, &first)?;
-        let means = format!("means over {over} of {} mm; {beside}", radii.join(" and "));
+        let means = format!("means over {}; {beside}", over.join(" and "));
         Ok([vec![means], self.remarks.clone()].concat().join("; "))
     }
 

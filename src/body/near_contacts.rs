@@ -14,7 +14,8 @@
 
 use super::half_space::HalfSpace;
 use super::hybrid::{expansions, half_spaces, rows, Lines};
-use crate::swept::{LoadPatch, Square, LOADS};
+use crate::swept::compliance::scaled;
+use crate::swept::{HalfSpaceLoad, LoadPatch, Square, LOADS};
 use crate::{Error, Result};
 use faer::linalg::solvers::Solve;
 use faer::{Mat, Side};
@@ -208,6 +209,20 @@ impl HalfSpace {
             [lean(x), lean(y), 1.0 - nu],
         ]
         .map(|row| row.map(|v| v * unit))
+    }
+
+    /// Means of the displacement under the loads on a patch, m/N and so on, Γ⁻¹BΓ⁻¹ of this half-space.
+    pub(super) fn under_loads(&self, patch: LoadPatch) -> Square {
+        let load = HalfSpaceLoad { patch, shear: self.shear(), poisson: self.poisson };
+        match patch {
+            LoadPatch::Circle { .. } => {
+                let known = load.sum();
+                scaled([patch; 2], |i, j| known[i][j])
+            }
+            LoadPatch::Rectangle { .. } => {
+                self.between_loads([patch; 2], &NearPair { contacts: [0, 0], apart: [0.0; 2], bend: 0.0 })
+            }
+        }
     }
 
     /// Means of the displacement on the patch of the first contact of a pair under the loads on that of the second,

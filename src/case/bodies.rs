@@ -159,8 +159,9 @@ impl<'p> BuiltBodies<'p> {
             }
             let mesh = meshed.as_ref().map(|m| &m[i].mesh);
             let grid = bodies.places[i].grid();
+            let contacts: Vec<MeshContact> = grid.map(|grid| MeshContact { grid, along: 0.0 }).into_iter().collect();
             let axis = body.axle().filter(|_| body.rotates()).map(Axis::below);
-            bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), (mesh, grid), axis)?));
+            bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), (mesh, &contacts), axis)?));
         }
         Ok(bodies)
     }
@@ -297,18 +298,17 @@ impl<'p> BuiltBodies<'p> {
     }
 }
 
-/// Collective: the body `name` of finite elements of a mesh in lower form with its contact grid, both on rank 0, that
+/// Collective: the body `name` of finite elements of a mesh in lower form with its contacts, both on rank 0, that
 /// turns about `axis`, if any.
 pub(super) fn of_elements<'p>(
     (petsc, summary): (&'p Petsc<'p>, &mut Summary),
     job: &Job,
     (name, body): (&str, &job::Body),
-    (mesh, grid): (Option<&Mesh>, Option<&ContactGrid>),
+    (mesh, contacts): (Option<&Mesh>, &[MeshContact]),
     axis: Option<Axis>,
 ) -> Result<Elements<'p>> {
     let world = petsc.world();
-    let contacts: Vec<MeshContact> = grid.map(|grid| MeshContact { grid, along: 0.0 }).into_iter().collect();
-    let fe = FeBody::held(world, name, mesh, &contacts, material_of(body)?, (&body.fixed[..], &body.supports[..]))?;
+    let fe = FeBody::held(world, name, mesh, contacts, material_of(body)?, (&body.fixed[..], &body.supports[..]))?;
     refuse_unborne(job, &fe)?;
     let volume = assembly::volume(world, &fe.part);
     summary.line(format!(

@@ -1,7 +1,7 @@
 //! The surfaces of the meshes of a job with what it does to them, to be looked at before anything is computed.
 
 use super::meshes::Meshes;
-use super::positioned_mesh::upright;
+use super::positioned_mesh::{upright, AlongPath};
 use super::surfaces::surface_points;
 use super::wheel_rail_geometry::PlacedContact;
 use crate::body::Side;
@@ -28,7 +28,8 @@ pub fn surfaces(job: &Job, meshes: &Meshes) -> Result<Surfaces> {
         let mut mesh = meshes.as_it_lies(job, name, body)?;
         let mut tilt = job.placement().is_none().then_some(0.0);
         let seat = placed.as_ref().and_then(|p| p.seat(name).ok()).zip(job.placement());
-        if let Some((seat, found)) = seat.and_then(|(s, p)| Some((s, upright(&mesh, s, p.side).ok()?))) {
+        let first = AlongPath::Line { distance: 0.0 };
+        if let Some((seat, found)) = seat.and_then(|(s, p)| Some((s, upright(&mesh, s, p.side, first).ok()?))) {
             (mesh, tilt) = (found.0, Some(seat.tilt));
         }
         add(&mut all, &mesh, side, body);

@@ -39,19 +39,47 @@ pub(crate) fn tilted(mesh: &Mesh, tilt: f64) -> Mesh {
     mesh
 }
 
+/// Place of a contact along the path of a body, from that of its first contact.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) enum AlongPath {
+    /// At an angle about the axle, rad, of a wheel with this radius of the running circle, m.
+    Axle { angle: f64, radius: f64 },
+    /// At a distance along a rail, m.
+    Line { distance: f64 },
+}
+
+impl AlongPath {
+    /// A point of the body, the running circle or the middle of the head at the origin, where the body is moved along
+    /// its path so that the touched place is at x = 0, m.
+    fn brought(&self, [x, y, z]: [f64; 3]) -> [f64; 3] {
+        match *self {
+            Self::Axle { angle, radius } => {
+                let ((s, c), up) = (angle.sin_cos(), z + radius);
+                [c * x - s * up, y, s * x + c * up - radius]
+            }
+            Self::Line { distance } => [x - distance, y, z],
+        }
+    }
+
+    /// Angle of the normal of the contact about the axle, rad.
+    pub(crate) fn angle(&self) -> f64 {
+        match *self {
+            Self::Axle { angle, .. } => angle,
+            Self::Line { .. } => 0.0,
+        }
+    }
+}
+
 /// A `mesh` in lower form that has the origin of its profile at the origin, moved so that the place where it is
-/// touched, at a seat on a side of the track, is there; and the height of that place in the frame of the profile, m.
-/// Meshes are as on the left side; on the right they are turned about z.
+/// touched, at a seat on a side of the track and `along` its path, is there; and the height of that place in the frame
+/// of the profile, m. Meshes are as on the left side; on the right they are turned about z.
 ///
 /// # Errors
 /// No surface at the contact point.
-pub(crate) fn upright(mesh: &Mesh, seat: Seat, side: TrackSide) -> Result<(Mesh, f64)> {
+pub(crate) fn upright(mesh: &Mesh, seat: Seat, side: TrackSide, along: AlongPath) -> Result<(Mesh, f64)> {
     let turn = if side == TrackSide::Right { -1.0 } else { 1.0 };
     let mut mesh = mesh.clone();
-    mesh.nodes.iter_mut().for_each(|[x, y, _]| {
-        *x *= turn;
-        *y = turn * *y - seat.y;
-    });
+    mesh.nodes.iter_mut().for_each(|p| *p = along.brought([turn * p[0], turn * p[1] - seat.y, p[2]]));
     let faces = Faces::from_group(&mesh, "contact")?;
     let height = faces.height([0.0; 2]).ok_or_else(|| {
         let [[x0, x1], [y0, y1]] = faces.ends();
@@ -69,20 +97,21 @@ pub(crate) fn upright(mesh: &Mesh, seat: Seat, side: TrackSide) -> Result<(Mesh,
     Ok((mesh, height))
 }
 
-/// A body whose `mesh`, in lower form, has the origin of its profile at the origin, touched at a seat on a side of
-/// the track by a contact on the grid of the `lines`, m. `radius` is that of the running circle of a wheel, m. With
-/// the compliance "fe" the surface moves as the means about the nodes of the grid, else as those over discs.
+/// A body whose `mesh`, in lower form, has the origin of its profile at the origin, touched at a seat on a side of the
+/// track and along its path by a contact on the grid of the `lines`, m. `radius` is that of the running circle of a
+/// wheel, m. With the compliance "fe" the surface moves as the means about the nodes of the grid. Otherwise it moves as
+/// those over discs, or over the rectangle of the grid of one of `several` contacts.
 ///
 /// # Errors
 /// See [`upright`], [`surfaces::discs`] and [`averages`]; a grid finer than the mesh.
 pub(crate) fn standing(
     mesh: &Mesh,
-    (seat, side): (Seat, TrackSide),
+    (seat, side, along): (Seat, TrackSide, AlongPath),
     lines: [&[f64]; 2],
-    compliance: Compliance,
+    (compliance, several): (Compliance, bool),
     radius: f64,
 ) -> Result<PositionedMesh> {
-    let (mesh, height) = upright(mesh, seat, side)?;
+    let (mesh, height) = upright(mesh, seat, side, along)?;
     let faces = Faces::from_group(&tilted(&mesh, seat.tilt), "contact")?;
     let half = lines.map(|line| 0.5 * (line[line.len() - 1] - line[0]));
     let (transfer, text) = if compliance == Compliance::Fe {
@@ -92,8 +121,11 @@ pub(crate) fn standing(
         let (rows, _) = averages(&faces, lines[0], lines[1])?;
         (Transfer::Averages { rows, tilt: seat.tilt }, text)
     } else {
-        let (discs, text) = surfaces::discs(&faces, half)?;
-        (Transfer::DiscAverage { discs, tilt: seat.tilt }, text)
+        let (patches, text) = match several {
+            true => surfaces::rectangles(&faces, lines)?,
+            false => surfaces::discs(&faces, half)?,
+        };
+        (Transfer::PatchAverage { patches, tilt: seat.tilt }, text)
     };
     Ok(PositionedMesh { mesh, transfer, axle: radius + height, text })
 }
@@ -120,6 +152,8 @@ mod tests {
     use crate::job::example;
     use crate::mesh::cylinder::{build, CylinderSpec, DEFAULT_GROWTH};
     use crate::placement::builtin;
+
+    const FIRST: AlongPath = AlongPath::Line { distance: 0.0 };
 
     /// A ring whose surface is the head of a 60E1 along y, its crown at the origin: round along x, so that it can
     /// stand for a rail.
@@ -154,7 +188,7 @@ mod tests {
         let at = (seat, TrackSide::Right);
         // Coarser than the faces, which slope.
         let line = LINE.map(|v| 1.25 * v);
-        let found = standing(&mesh, at, [&line; 2], Compliance::Fe, 0.5).expect("it stands");
+        let found = standing(&mesh, (at.0, at.1, FIRST), [&line; 2], (Compliance::Fe, false), 0.5).expect("it stands");
         let Transfer::Averages { rows, tilt } = &found.transfer else { panic!("{}", found.text) };
         assert!(rows.len() == 81 && *tilt == seat.tilt && tilt.abs() > 0.02, "{tilt}");
         for (k, row) in rows.iter().enumerate() {
@@ -173,7 +207,9 @@ mod tests {
             }
         }
         let fine: Vec<f64> = (-8..=8).map(|i| f64::from(i) * 1e-3).collect();
-        let error = standing(&mesh, at, [&fine; 2], Compliance::Fe, 0.5).expect_err("finer than the mesh").to_string();
+        let error = standing(&mesh, (at.0, at.1, FIRST), [&fine; 2], (Compliance::Fe, false), 0.5)
+            .expect_err("finer than the mesh")
+            .to_string();
         assert!(error.contains("1.000 mm spacing") && error.contains("Take \"hybrid\", or a finer mesh"), "{error}");
     }
 
@@ -184,7 +220,8 @@ mod tests {
         for (y, side) in [(0.008, TrackSide::Right), (-0.008, TrackSide::Left), (-0.004, TrackSide::Right)] {
             // As [`placement::Placed::seats`] has it: the tilt is that of the profile there.
             let seat = Seat { y, z: -profile.local(y).z, tilt: -profile.local(y).slope.atan() };
-            let found = standing(&mesh, (seat, side), [&LINE; 2], Compliance::Hybrid, 0.5).expect("it stands");
+            let found =
+                standing(&mesh, (seat, side, FIRST), [&LINE; 2], (Compliance::Hybrid, false), 0.5).expect("it stands");
             let faces = Faces::from_group(&tilted(&found.mesh, seat.tilt), "contact").expect("faces");
             let height = |y: f64| faces.height([0.0, y]).expect("a face");
             assert!(height(0.0).abs() < 1e-12, "{}", height(0.0));
@@ -194,14 +231,16 @@ mod tests {
             let z = profile.local(y).z;
             assert!((found.axle - (0.5 - z)).abs() < 2e-5, "{} {z}", found.axle);
             assert!(
-                matches!(found.transfer, Transfer::DiscAverage { ref discs, .. } if discs.len() == 2),
+                matches!(found.transfer, Transfer::PatchAverage { ref patches, .. } if patches.len() == 2),
                 "{}",
                 found.text
             );
         }
         let beside = Seat { y: 0.05, z: 0.0, tilt: 0.0 };
         let at = (beside, TrackSide::Left);
-        let error = standing(&mesh, at, [&LINE; 2], Compliance::Hybrid, 0.5).expect_err("no head there").to_string();
+        let error = standing(&mesh, (at.0, at.1, FIRST), [&LINE; 2], (Compliance::Hybrid, false), 0.5)
+            .expect_err("no head there")
+            .to_string();
         assert!(error.contains("y = 0.05000 m of the profile") && error.contains("y = -0.0300 to 0.0300 m"), "{error}");
     }
 
@@ -210,7 +249,8 @@ mod tests {
         let mesh = head();
         let body = |radius: f64| {
             let at = (Seat { y: 0.0, z: 0.0, tilt: 0.0 }, TrackSide::Left);
-            let found = standing(&mesh, at, [&LINE; 2], Compliance::Hybrid, radius).expect("it stands");
+            let found = standing(&mesh, (at.0, at.1, FIRST), [&LINE; 2], (Compliance::Hybrid, false), radius)
+                .expect("it stands");
             let mut body = example::two_cylinders(&[]).bodies.upper.expect("a body");
             body.rotation = Some(crate::job::Rotation::Speed(20.0));
             axle(&body, &found)

@@ -95,10 +95,15 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
         let placed = super::wheel_rail_geometry::PlacedContact::from_job(job)?;
         for (name, body) in job.bodies().into_iter().filter(|(_, b)| b.is_meshed()) {
             let (_, found) = of_mesh(job, meshes, name, body)?;
-            let stands = placed.standing(job, meshes, name, body)?;
-            let axle = axle(body, &stands).map(|text| format!("bodies.{name}.mesh: {text}"));
-            report.lines.extend(found.lines.into_iter().chain([format!("body {name}: {}", stands.text)]));
-            report.warnings.extend(found.warnings.into_iter().chain(axle));
+            report.lines.extend(found.lines);
+            report.warnings.extend(found.warnings);
+            for (number, contact) in job.contact.iter().flat_map(Contact::all).enumerate() {
+                let at = super::wheel_rail_geometry::PlacedContact::at_contact(job, contact)?;
+                let (stands, _) = at.standing(&placed, (job, meshes), name, body)?;
+                report.lines.push(format!("body {name}: {}", stands.text));
+                let axle = axle(body, &stands).filter(|_| number == 0);
+                report.warnings.extend(axle.map(|text| format!("bodies.{name}.mesh: {text}")));
+            }
         }
         let (mut touching, mut all) = (placed.lines(), Vec::new());
         for (number, contact) in job.contact.iter().flat_map(Contact::all).enumerate() {

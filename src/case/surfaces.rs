@@ -6,7 +6,7 @@ use super::positioned_mesh::{in_contact_frame, tilted};
 use crate::body::half_space::HalfSpace;
 use crate::body::hybrid::{CIRCLE, WIDER};
 use crate::contact::SPIN_SPACINGS;
-use crate::grid::{averages, means, ContactGrid, Faces, Transfer};
+use crate::grid::{averages, means, ContactGrid, Faces, PatchAverage, PatchShape, Transfer};
 use crate::job::{self, Compliance, Job, Load, MeshSource, MOST_NODES};
 use crate::mesh::Mesh;
 use crate::placement::{Ellipse, HertzLoad};
@@ -244,7 +244,7 @@ pub(super) fn surface_points(mesh: &Mesh, [x, y]: [&[f64]; 2], tilt: f64) -> Res
 /// are nodes of the mesh.
 pub(super) fn beside_nodes(mesh: &Mesh, grid: &ContactGrid, tilt: f64) -> Result<Vec<[f64; 3]>> {
     match &grid.transfer {
-        Some(Transfer::Averages { .. } | Transfer::DiscAverage { .. }) => {
+        Some(Transfer::Averages { .. } | Transfer::PatchAverage { .. }) => {
             Ok(surface_points(mesh, [&grid.x, &grid.y], tilt)?.into_iter().map(|(place, _)| place).collect())
         }
         _ => Ok(Vec::new()),
@@ -280,7 +280,7 @@ pub(crate) fn foot(contact: &job::Contact, faces: &Faces, (x, y): (&[f64], &[f64
         return Ok((grid(Transfer::Averages { rows, tilt: 0.0 }), text));
     }
     let (discs, text) = discs(faces, half)?;
-    Ok((grid(Transfer::DiscAverage { discs, tilt: 0.0 }), text))
+    Ok((grid(Transfer::PatchAverage { patches: discs, tilt: 0.0 }), text))
 }
 
 /// An error where the nodes of a grid of the half sides `half`, m, are nearer to each other, by `spacing`, m, than
@@ -306,15 +306,15 @@ pub(crate) fn refuse_finer(
 }
 
 /// The means from which the contact of the half sides `half`, m, follows beside a half-space, and that in words.
-pub(crate) fn discs(faces: &Faces, half: [f64; 2]) -> Result<(Vec<crate::grid::DiscAverage>, String)> {
+pub(crate) fn discs(faces: &Faces, half: [f64; 2]) -> Result<(Vec<PatchAverage>, String)> {
     let least = CIRCLE * half[0].min(half[1]);
     let mut radius = least;
     // A larger disc may reach larger faces.
     for _ in 0..4 {
         radius = least.max(FACES * faces.size([radius; 2]));
     }
-    let mut discs = vec![means(faces, radius)?];
-    discs.extend(means(faces, WIDER * radius));
+    let mut discs = vec![means(faces, PatchShape::Disc { radius })?];
+    discs.extend(means(faces, PatchShape::Disc { radius: WIDER * radius }));
     let size = faces.size([radius; 2]);
     let room = if discs.len() == 1 { "; no room for a wider one that would show its error" } else { "" };
     let text = format!(
@@ -323,6 +323,24 @@ pub(crate) fn discs(faces: &Faces, half: [f64; 2]) -> Result<(Vec<crate::grid::D
         1e3 * size
     );
     Ok((discs, text))
+}
+
+/// The means from which one of several contacts on a grid of `lines`, m, follows beside a half-space, over the
+/// rectangle of the grid, and that in words. [`Hybrid::patches`](crate::body::hybrid::Hybrid::patches) says why.
+pub(crate) fn rectangles(faces: &Faces, lines: [&[f64]; 2]) -> Result<(Vec<PatchAverage>, String)> {
+    let ends = lines.map(|line| [line[0], line[line.len() - 1]]);
+    let half = ends.map(|[first, last]| 0.5 * (last - first));
+    let size = faces.size(half);
+    let half = half.map(|side| side.max(FACES * size));
+    let middle = 0.5 * (ends[1][0] + ends[1][1]);
+    let of = |by: f64| means(faces, PatchShape::Rectangle { half: half.map(|side| side / by), middle });
+    let text = format!(
+        "means over a rectangle of {:.2} by {:.2} mm, nodes of its faces there {:.3} mm apart",
+        2e3 * half[0],
+        2e3 * half[1],
+        1e3 * size
+    );
+    Ok((vec![of(1.0)?, of(WIDER)?], text))
 }
 
 /// Nodes of the common grid of a job of meshes; none where the meshes have their own. For one rank.
@@ -387,7 +405,7 @@ mod tests {
         let patch = ["contact.patch.half_length=0.014", "contact.patch.half_width=0.014", "contact.compliance=hybrid"];
         let hybrid = met(&[&COARSE[..], &patch].concat()).expect("they meet");
         let grid = &hybrid.grids[1];
-        assert!(matches!(grid.transfer, Some(Transfer::DiscAverage { tilt: 0.0, .. })));
+        assert!(matches!(grid.transfer, Some(Transfer::PatchAverage { tilt: 0.0, .. })));
         assert_eq!((grid.x.len(), grid.y.len()), (35, 35));
         assert!((grid.x[34] / 17.0 - 4.9e-4).abs() < 0.1e-4, "{:?}", grid.x);
         // The gap is that of the radii, although elements of 2 mm are flat.

@@ -1,7 +1,7 @@
 //! A wheel on a rail by their profiles, as a job places them: the grid of the contact, the gap, the creepages.
 
 use super::meshes::Meshes;
-use super::positioned_mesh::{standing, PositionedMesh};
+use super::positioned_mesh::{standing, AlongPath, PositionedMesh};
 use super::rail;
 use crate::body::half_space::HalfSpace;
 use crate::body::Side;
@@ -200,15 +200,35 @@ impl PlacedContact {
         Ok(seats[Side::named(name).unwrap_or(Side::Lower).index()])
     }
 
-    /// The body `name` of a mesh file where it is touched.
-    pub(crate) fn standing(&self, job: &Job, meshes: &Meshes, name: &str, body: &job::Body) -> Result<PositionedMesh> {
+    /// Place of this contact along the path of the body on a side, from that of the `first` contact of the wheel.
+    pub(crate) fn along(&self, first: &Self, side: Side, radius: f64) -> AlongPath {
+        match side {
+            Side::Lower => AlongPath::Line { distance: first.frame.origin()[0] - self.frame.origin()[0] },
+            Side::Upper => {
+                let behind = first.placed.ahead_of_axle(&first.frame) - self.placed.ahead_of_axle(&self.frame);
+                AlongPath::Axle { angle: behind / self.placed.touch().radius, radius }
+            }
+        }
+    }
+
+    /// The body `name` of a mesh file where it is touched by this contact of a wheel, with its `first` one.
+    pub(crate) fn standing(
+        &self,
+        first: &Self,
+        (job, meshes): (&Job, &Meshes),
+        name: &str,
+        body: &job::Body,
+    ) -> Result<(PositionedMesh, AlongPath)> {
         let (Some(contact), Some(placement)) = (&job.contact, job.placement()) else {
             return Err(Error::Defect("a mesh is put on a placement of a job without one".into()));
         };
         let seat = self.seat(name)?;
         let meshed = meshes.mesh(job, name, body)?;
-        standing(&meshed.mesh, (seat, placement.side), self.grid_lines(), contact.compliance, placement.radius)
-            .map_err(|e| e.context(format!("bodies.{name}.mesh")))
+        let along = self.along(first, Side::named(name).unwrap_or(Side::Lower), placement.radius);
+        let at = (seat, placement.side, along);
+        let how = (contact.compliance, !contact.further.is_empty());
+        let stands = standing(&meshed.mesh, at, self.grid_lines(), how, placement.radius);
+        stands.map(|stands| (stands, along)).map_err(|e| e.context(format!("bodies.{name}.mesh")))
     }
 
     /// The grid of the body on a side, which its mesh meets by `transfer`, if it has one.

@@ -11,4 +11,4 @@ pub use faces::Faces;
 pub use interface::{ContactPatch, Interface};
 pub use surface::ContactGrid;
 pub(crate) use transfer::averages;
-pub use transfer::{means, DiscAverage, Transfer, Weights};
+pub use transfer::{means, PatchAverage, PatchShape, Transfer, Weights};

@@ -15,6 +15,8 @@ const COVERED: f64 = 1e-6;
 /// Points of the disc along its radius and around it.
 const RADII: usize = 32;
 const ANGLES: usize = 96;
+/// Parts of either side of a rectangle, of four points each.
+const PANELS: usize = 12;
 
 /// How displacements of a mesh become those of the nodes of a contact grid. Forces go back by the transpose.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,11 +31,11 @@ pub enum Transfer {
         /// As that of the means over a disc.
         tilt: f64,
     },
-    /// The surface moves by π = (1, x, y) times three means of it over a disc, the first one; a second, wider one
-    /// shows how little it depends on that.
-    DiscAverage {
-        /// The discs.
-        discs: Vec<DiscAverage>,
+    /// The surface moves by π = (1, x, y) times three means of it over a patch, the first one; a second one, a wider
+    /// disc or a smaller rectangle, shows how little it depends on that.
+    PatchAverage {
+        /// The patches.
+        patches: Vec<PatchAverage>,
         /// Angle from the axes y, z of the mesh to those of the grid about −x, rad: y of the mesh is (0, cos, −sin)
         /// there.
         tilt: f64,
@@ -45,17 +47,34 @@ impl Transfer {
     pub fn tilt(&self) -> f64 {
         match self {
             Self::Nodes(_) => 0.0,
-            Self::Averages { tilt, .. } | Self::DiscAverage { tilt, .. } => *tilt,
+            Self::Averages { tilt, .. } | Self::PatchAverage { tilt, .. } => *tilt,
         }
     }
 }
 
-/// Means of a surface over a disc about the origin, with Hertz' weight ω = 3/(2πb²)√(1 − r²/b²).
+/// Patch of a surface over which means are taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum PatchShape {
+    /// A disc of the radius b about the origin, m, with Hertz' weight ω = 3/(2πb²)√(1 − r²/b²).
+    Disc {
+        /// Its radius, m.
+        radius: f64,
+    },
+    /// A rectangle with the even weight ω = 1/(4ab).
+    Rectangle {
+        /// Half its sides a along x and b along y, m.
+        half: [f64; 2],
+        /// y of its middle, m.
+        middle: f64,
+    },
+}
+
+/// Means of a surface over a patch.
 #[derive(Debug, Clone, PartialEq)]
-pub struct DiscAverage {
-    /// Radius b of the disc, m.
-    pub radius: f64,
-    /// ∫ω π_m N_a ds for π = (1, x, y), 1 and m.
+pub struct PatchAverage {
+    /// The patch.
+    pub shape: PatchShape,
+    /// ∫ω π_m N_a ds for π = (1, x, y) about its middle, 1 and m.
     pub weights: [Weights; 3],
 }
 
@@ -142,19 +161,31 @@ fn uncovered(faces: &Faces, p: [f64; 2], found: f64) -> Error {
     ))
 }
 
-/// The means of `faces` over the disc of the radius `radius`, m.
+/// The means of `faces` over a patch.
 ///
 /// # Errors
-/// A place of the disc where there is no face; faces that look down or are steep.
-pub fn means(faces: &Faces, radius: f64) -> Result<DiscAverage> {
-    let pieces = faces.pieces_within([radius; 2])?;
+/// A place of the patch where there is no face; faces that look down or are steep.
+pub fn means(faces: &Faces, shape: PatchShape) -> Result<PatchAverage> {
+    let (reach, middle, points): (_, _, Vec<_>) = match shape {
+        PatchShape::Disc { radius } => ([radius; 2], 0.0, disc(radius).collect()),
+        PatchShape::Rectangle { half: [a, b], middle } => {
+            ([a, b + middle.abs()], middle, rectangle([a, b]).map(|([x, y], w)| ([x, y + middle], w)).collect())
+        }
+    };
+    let pieces = faces.pieces_within(reach)?;
     let mut weights = [const { BTreeMap::<u32, f64>::new() }; 3];
-    for (place, weight) in disc(radius) {
+    for (place, weight) in points {
         let Some(piece) = faces.over(&pieces, place) else {
             let [[x0, x1], [y0, y1]] = faces.ends();
+            let wanted = match shape {
+                PatchShape::Disc { radius } => format!("a disc of the radius {radius:.5} m"),
+                PatchShape::Rectangle { half: [a, b], .. } => {
+                    format!("a rectangle of {:.5} by {:.5} m", 2.0 * a, 2.0 * b)
+                }
+            };
             return Err(Error::Input(format!(
-                "group \"contact\": no face of the surface near z = 0 is at x = {:.6}, y = {:.6} m; expected a \
-                 disc of the radius {radius:.5} m about the contact point, \
+                "group \"contact\": no face of the surface near z = 0 is at x = {:.6}, y = {:.6} m; expected \
+                 {wanted} about the contact point, \
                  and found faces from x = {x0:.4} to {x1:.4} m and from y = {y0:.4} to {y1:.4} m. Make the \
                  group larger (contact.patch of a cylinder), or \
                  the faces at the contact smaller",
@@ -162,13 +193,28 @@ pub fn means(faces: &Faces, radius: f64) -> Result<DiscAverage> {
             )));
         };
         let at = faces.shape_functions(piece, place);
-        for (sum, factor) in weights.iter_mut().zip([1.0, place[0], place[1]]) {
+        for (sum, factor) in weights.iter_mut().zip([1.0, place[0], place[1] - middle]) {
             for (&node, value) in at.nodes.iter().zip(at.values) {
                 *sum.entry(node).or_default() += weight * factor * value;
             }
         }
     }
-    Ok(DiscAverage { radius, weights: weights.map(sorted) })
+    Ok(PatchAverage { shape, weights: weights.map(sorted) })
+}
+
+/// Points of a rectangle of these half sides, m, and their weights, ω in them.
+fn rectangle(half: [f64; 2]) -> impl Iterator<Item = ([f64; 2], f64)> {
+    let line = |half: f64| -> Vec<(f64, f64)> {
+        let side = 2.0 / PANELS as f64;
+        let panel = |k: usize| {
+            legendre(4)
+                .into_iter()
+                .map(move |(x, w)| (half * (side * (k as f64 + 0.5 + 0.5 * x) - 1.0), 0.5 * w / PANELS as f64))
+        };
+        (0..PANELS).flat_map(panel).collect()
+    };
+    let [along, across] = half.map(line);
+    across.into_iter().flat_map(move |(y, v)| along.clone().into_iter().map(move |(x, w)| ([x, y], w * v)))
 }
 
 /// Points of the disc and their weights, ω in them: with s = √(1 − r²/b²) ∫ω f ds = 3/(2π) ∫s² ds ∫f dφ, which is
@@ -304,8 +350,8 @@ mod tests {
     fn means_over_a_disc() {
         for kind in CellKind::ALL {
             let mesh = block(kind);
-            let DiscAverage { weights, .. } =
-                means(&Faces::from_group(&mesh, "top").expect("faces"), 0.06).expect("a disc");
+            let faces = Faces::from_group(&mesh, "top").expect("faces");
+            let PatchAverage { weights, .. } = means(&faces, PatchShape::Disc { radius: 0.06 }).expect("a disc");
             let of = |m: usize, f: &dyn Fn([f64; 3]) -> f64| -> f64 {
                 weights[m].iter().map(|&(n, w)| w * f(mesh.nodes[n as usize])).sum()
             };
@@ -314,6 +360,23 @@ mod tests {
                 let found = [of(m, &|_| 1.0), of(m, &|p| p[0]), of(m, &|p| p[1])];
                 assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-9), "{kind:?}: {found:?} {wanted:?}");
             }
+        }
+    }
+
+    /// Means over a rectangle of 1, x and y about its middle: 1, a²/3, b²/3.
+    #[test]
+    fn means_over_a_rectangle() {
+        let mesh = block(CellKind::Tet10);
+        let faces = Faces::from_group(&mesh, "top").expect("faces");
+        let shape = PatchShape::Rectangle { half: [0.06, 0.03], middle: 0.02 };
+        let PatchAverage { weights, .. } = means(&faces, shape).expect("a rectangle");
+        let of = |m: usize, f: &dyn Fn([f64; 3]) -> f64| -> f64 {
+            weights[m].iter().map(|&(n, w)| w * f(mesh.nodes[n as usize])).sum()
+        };
+        let wanted = [[1.0, 0.0, 0.02], [0.0, 1.2e-3, 0.0], [0.0, 0.0, 3e-4]];
+        for (m, wanted) in wanted.into_iter().enumerate() {
+            let found = [of(m, &|_| 1.0), of(m, &|p| p[0]), of(m, &|p| p[1])];
+            assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-9), "{found:?} {wanted:?}");
         }
     }
 
@@ -326,7 +389,7 @@ mod tests {
         for word in ["x = -0.160000", "x = -0.1500 to 0.1500 m", "contact.grid"] {
             assert!(beside.contains(word), "{word} not in: {beside}");
         }
-        let large = means(&faces, 0.12).expect_err("no face").to_string();
+        let large = means(&faces, PatchShape::Disc { radius: 0.12 }).expect_err("no face").to_string();
         assert!(large.contains("disc of the radius 0.12000 m"), "{large}");
         let down = Faces::from_group(&mesh.reflected(), "top").expect("faces");
         let down = averages(&down, &X, &Y).expect_err("it looks down").to_string();

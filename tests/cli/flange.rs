@@ -337,6 +337,14 @@ fn mistakes_about_places_are_told() {
     );
     told(
         &|job| {
+            job["bodies"]["upper"]["mesh"] = json!({ "file": "wheel.msh" });
+            job["contact"]["vertical_load"] = json!(60e3);
+            (job["contact"]["normal_load"], job["contact"]["compliance"]) = (Value::Null, json!("fe"));
+        },
+        &["contact.compliance: \"fe\" takes one contact on mesh files", "expected \"hybrid\""],
+    );
+    told(
+        &|job| {
             job["contact"]["places"] = json!("one");
             job["contact"]["vertical_load"] = json!(60e3);
         },

@@ -213,8 +213,8 @@ fn contacts_on_a_bent_surface_act_on_each_other_as_they_do() {
         println!("{name}: {found:.1?} pm/N along x, y and n");
         errors.push(found);
     }
-    // Along y most of it is the plane of the grids: it leaves the surface by up to 0.15 mm, about which the rail rolls on
-    // its pads.
+    // Along y most of it is the plane of the grids: it leaves the surface by up to 0.15 mm, about which the rail rolls
+    // on its pads.
     let [circles, near] = [errors[0], errors[1]];
     assert!(near[0] < 0.25 * circles[0] && near[1] < 0.25 * circles[1], "{errors:?}");
     assert!(near[2] < 0.05 * circles[2] && near[2] < 5.0, "{errors:?}");

@@ -1,10 +1,12 @@
 //! Bodies of a wheel on a rail with all their contacts.
 
 use super::{common_lines, missing, PlacedContact};
+use crate::body::averaged_trace::MeshContact;
 use crate::body::half_space::{HalfSpace, HalfSpaceBody};
 use crate::body::Side;
 use crate::case::bodies::{material_of, of_elements, BuiltBodies, Place};
 use crate::case::meshes::Meshes;
+use crate::case::positioned_mesh::AlongPath;
 use crate::case::surfaces::beside_nodes;
 use crate::case::{rail, swept};
 use crate::fem::rotation::Axis;
@@ -43,21 +45,23 @@ pub(crate) fn build<'p>(
     let mut bodies = BuiltBodies::none();
     for (name, body) in job.bodies() {
         let side = Side::named(name).unwrap_or(Side::Lower);
-        let stands = match (placed.first(), &body.mesh) {
-            (Some(placed), Some(MeshSource::File(_))) => Some(placed.standing(job, meshes, name, body)),
-            _ => None,
-        };
-        let stands = world.agree(stands.transpose())?;
-        let transfer = stands.as_ref().map(|s| s.transfer.clone());
-        let grids: Vec<ContactGrid> = placed.iter().map(|p| p.grid(side, transfer.clone())).collect();
-        if matches!(body.mesh, Some(MeshSource::File(_))) {
-            let distance = world.broadcast(stands.as_ref().map_or(Vec::new(), |s| vec![s.axle]));
+        let is_file = matches!(body.mesh, Some(MeshSource::File(_)));
+        let stands = |one: &PlacedContact| one.standing(&placed[0], (job, meshes), name, body);
+        let stands: Result<Vec<_>> = placed.iter().filter(|_| is_file).map(stands).collect();
+        let stands = world.agree(stands)?;
+        let transfer = |k: usize| stands.get(k).map(|(s, _)| s.transfer.clone());
+        let grids: Vec<ContactGrid> = placed.iter().enumerate().map(|(k, p)| p.grid(side, transfer(k))).collect();
+        if is_file {
+            let distance = world.broadcast(stands.first().map_or(Vec::new(), |(s, _)| vec![s.axle]));
             let axis = distance.first().filter(|_| body.rotates()).map(|&d| Axis::below(d));
-            if let Some(stands) = &stands {
-                summary.line(format!("body {name}: {}", stands.text));
+            for (number, (one, _)) in stands.iter().enumerate() {
+                let of = if stands.len() > 1 { format!(", contact {}", number + 1) } else { String::new() };
+                summary.line(format!("body {name}{of}: {}", one.text));
             }
             progress.stage(format!("distribution and assembly, body {name}"));
-            let mesh = (stands.as_ref().map(|s| &s.mesh), grids.first());
+            let on = |(grid, (_, along)): (_, &(_, AlongPath))| MeshContact { grid, along: along.angle() };
+            let contacts: Vec<MeshContact> = grids.iter().zip(&stands).map(on).collect();
+            let mesh = (stands.first().map(|(s, _)| &s.mesh), &contacts[..]);
             bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), mesh, axis)?));
         } else if moves {
             bodies.unique.push(match &body.mesh {
@@ -86,12 +90,12 @@ pub(crate) fn build<'p>(
             });
         }
         let index = bodies.unique.len().saturating_sub(1);
-        let laid = world.on_root(|| match (&stands, grids.first()) {
-            (Some(s), Some(grid)) if job.output.fields => beside_nodes(&s.mesh, grid, first.seats[side.index()].tilt),
+        let laid = world.on_root(|| match (&stands[..], &grids[..]) {
+            ([(s, _)], [grid]) if job.output.fields => beside_nodes(&s.mesh, grid, first.seats[side.index()].tilt),
             _ => Ok(Vec::new()),
         })?;
         let laid = laid.unwrap_or_default();
-        let checksum = stands.map(|s| s.mesh.checksum()).unwrap_or_default();
+        let checksum = stands.first().map(|(s, _)| s.mesh.checksum()).unwrap_or_default();
         bodies.places.push(Place { checksum, laid, ..Place::meshless((name, side), index, grids, material_of(body)?) });
     }
     Ok(bodies)

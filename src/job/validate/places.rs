@@ -272,10 +272,16 @@ fn check_wheelset(job: &Job, contact: &Contact, placement: &Placement, faults: &
 fn check_analyses(job: &Job, contact: &Contact, several: &SeveralContacts, faults: &mut Vec<String>) {
     let SeveralContacts { cause, without } = several;
     let on_meshes = job.bodies().into_iter().find(|(_, body)| matches!(body.mesh, Some(MeshSource::File(_))));
-    if let Some((name, _)) = on_meshes {
+    let on_places = contact.places == ContactPlaces::All && contact.around.is_empty();
+    if let Some((name, _)) = on_meshes.filter(|_| !on_places || contact.wheels == ContactWheels::Both) {
         faults.push(format!(
             "bodies.{name}.mesh.file: {cause} takes bodies swept from sections (mesh.revolved, \
              mesh.extruded), or half-spaces without meshes"
+        ));
+    }
+    if on_meshes.is_some() && contact.compliance == Compliance::Fe {
+        faults.push(format!(
+            "contact.compliance: \"fe\" takes one contact on mesh files; expected \"hybrid\", or {without}"
         ));
     }
     let analyses = &job.analyses;
