@@ -137,20 +137,17 @@ def two_contacts():
                 given = json.loads((ROOT / "jobs" / "wheel-on-rail-3d.json").read_text())["bodies"]["upper"]
                 sets["bodies.upper"] = json.dumps(given | {"mesh": {"file": str(wheel)}})
             tables[of_wheel], _ = run("wheel-at-given-yaw.json", sets, groups=("stability", "contact", "contact_2"))
-    pairs = {name: list(zip(t["stability/frequency"], t["stability/growth_rate"])) for name, t in tables.items()}
     forces = [[-t[f"{c}/force"][2] / 1e3 for c in ("contact", "contact_2")] for t in tables.values()]
     print("normal forces, kN:", forces)
+
+    def listed(t):
+        pairs = zip(t["stability/frequency"], t["stability/growth_rate"])
+        return sorted((at, rate) for at, rate in pairs if at < 1500 and rate > -30)
+
     rows = []
-    for at, rate in sorted(pair for pair in pairs["swept"] if pair[0] < 2100 and pair[1] > -30):
-        there, found = min(pairs["mesh"], key=lambda pair: abs(pair[0] - at) + abs(pair[1] - rate))
-        rows.append(
-            [
-                f"{at:.1f}",
-                f"{there:.1f} ({100 * (there / at - 1):+.2f} %)",
-                f"{rate:.3f}",
-                f"{found:.3f} ({100 * (found / rate - 1):+.1f} %)",
-            ]
-        )
+    for (at, rate), (there, found) in zip(listed(tables["swept"]), listed(tables["mesh"]), strict=True):
+        shift, change = 100 * (there / at - 1), 100 * (found / rate - 1)
+        rows.append([f"{at:.1f}", f"{there:.1f} ({shift:+.2f} %)", f"{rate:.3f}", f"{found:.3f} ({change:+.1f} %)"])
     put(PAGE, "two-contacts", table(["swept, Hz", "mesh, Hz", "swept, 1/s", "mesh, 1/s"], rows))
 
 

@@ -84,7 +84,7 @@ pub(super) fn trace(
     let count = sets.iter().copied().min().unwrap_or(0) as usize;
     if sets.iter().any(|&n| (n == 0) != (count == 0)) {
         return Err(Error::Job(
-            "found contacts of one body by means over discs and by nodes of the mesh, expected one of both for all: \
+            "found contacts of one body by means over patches and by nodes of the mesh, expected one of both for all: \
              take contact.compliance \"hybrid\" or \"fe\" for every contact of the body"
                 .into(),
         ));

@@ -3,7 +3,7 @@
 use super::collective_order::CollectiveOrderCheck;
 use super::fe::{BodyModes, FeBody};
 use super::half_space::HalfSpace;
-use super::hybrid::{Hybrid, CIRCLE};
+use super::hybrid::Hybrid;
 use super::modes::{self, Extent};
 use super::nearest::Nearest;
 use super::residual_flexibility::{self, NodeRecovery};
@@ -20,7 +20,6 @@ use crate::mesh::distribute::MeshPart;
 use crate::parallel::World;
 use crate::petsc::csr::DistCsr;
 use crate::petsc::session::Petsc;
-use crate::swept::LoadPatch;
 use crate::{Error, Result};
 use faer::{Mat, MatRef};
 use std::cell::{RefCell, RefMut};
@@ -135,6 +134,10 @@ impl ElasticBody for Elements<'_> {
 
     fn factorise(&mut self) -> Result<Option<String>> {
         let world = self.enter("factorise")?;
+        if let (Some(hybrid), Some(means)) = (&mut self.hybrid, &self.fe.means) {
+            let placed = hybrid.find_near(&means.positions);
+            placed.map_err(|e| e.context(format!("compliance of body \"{}\"", self.fe.name)))?;
+        }
         // What is there goes before the next one is made.
         *self.statics.get_mut() = None;
         let mut made = match self.method {
@@ -145,13 +148,6 @@ impl ElasticBody for Elements<'_> {
         if let (Some(hybrid), Some(means)) = (&mut self.hybrid, &self.fe.means) {
             let yielding = means.yielding(world, &mut made, self.fe.dofs.owned())?;
             let patches: Vec<_> = means.patches.iter().map(|d| d.0.clone()).collect();
-            let near = |e: Error| e.context(format!("compliance of body \"{}\"", self.fe.name));
-            let radius = |patch: &LoadPatch| match *patch {
-                LoadPatch::Circle { radius } => radius,
-                LoadPatch::Rectangle { .. } => CIRCLE * patch.shorter(),
-            };
-            let radii: Vec<f64> = patches[0].iter().map(radius).collect();
-            hybrid.find_near(&means.positions, &radii).map_err(near)?;
             text += &format!("; {}", hybrid.complete(&yielding, &patches)?);
         }
         *self.statics.get_mut() = Some(made);

@@ -161,15 +161,13 @@ impl Hybrid {
                 Path::Line(_) => ContactPosition::straight(contact.origin(), along, angle),
             }
         };
-        let positions: Vec<ContactPosition> = contacts.iter().zip(tilts).map(position).collect();
-        let radii: Vec<f64> = self.grids.iter().map(|[x, y]| circle_radius([x, y])).collect();
-        self.find_near(&positions[..radii.len().min(positions.len())], &radii)
+        self.find_near(&contacts.iter().zip(tilts).take(self.grids.len()).map(position).collect::<Vec<_>>())
     }
 
-    /// Finds the contacts that act on each other through the half-space by the `positions` of all and the radii of
-    /// their circles, m.
-    pub(super) fn find_near(&mut self, positions: &[ContactPosition], radii: &[f64]) -> Result<()> {
-        (self.near, self.remarks) = near_pairs(positions, radii, &self.grids)?;
+    /// Finds the contacts that act on each other through the half-space by the `positions` of all.
+    pub(super) fn find_near(&mut self, positions: &[ContactPosition]) -> Result<()> {
+        let radii: Vec<f64> = self.grids.iter().map(|[x, y]| circle_radius([x, y])).collect();
+        (self.near, self.remarks) = near_pairs(positions, &radii, &self.grids)?;
         Ok(())
     }
 

@@ -220,16 +220,19 @@ impl HalfSpace {
                 scaled([patch; 2], |i, j| known[i][j])
             }
             LoadPatch::Rectangle { .. } => {
-                self.between_loads([patch; 2], &NearPair { contacts: [0, 0], apart: [0.0; 2], bend: 0.0 })
+                let own = NearPair { contacts: [0, 0], apart: [0.0; 2], bend: 0.0 };
+                let [coarse, fine] = [ACROSS, 2 * ACROSS].map(|across| self.between_loads([patch; 2], &own, across));
+                // The error falls like the size of the cells.
+                std::array::from_fn(|i| std::array::from_fn(|j| 2.0 * fine[i][j] - coarse[i][j]))
             }
         }
     }
 
     /// Means of the displacement on the patch of the first contact of a pair under the loads on that of the second,
-    /// m/N and so on, Γ⁻¹BΓ⁻¹ of this half-space.
-    fn between_loads(&self, patches: [LoadPatch; 2], pair: &NearPair) -> Square {
-        let cells = patches.map(cells);
-        let sides = patches.map(|patch| patch.half().map(|a| 2.0 * a / ACROSS as f64));
+    /// m/N and so on, Γ⁻¹BΓ⁻¹ of this half-space, with so many cells `across` either patch.
+    fn between_loads(&self, patches: [LoadPatch; 2], pair: &NearPair, across: usize) -> Square {
+        let cells = patches.map(|patch| cells(patch, across));
+        let sides = patches.map(|patch| patch.half().map(|a| 2.0 * a / across as f64));
         // Of each patch the weights of the functions 1, x and y that its means belong to, as `LoadPatch::functions`.
         let weights = [0, 1].map(|k| {
             let (cells, own): (&Vec<([f64; 2], f64)>, f64) = (&cells[k], patches[k].middle());
@@ -283,10 +286,10 @@ impl Turn {
 }
 
 /// Cells of a patch of loads: their middles, m, and the parts of the weight ω of [`LoadPatch`] on them.
-fn cells(patch: LoadPatch) -> Vec<([f64; 2], f64)> {
+fn cells(patch: LoadPatch, across: usize) -> Vec<([f64; 2], f64)> {
     let [a, b] = patch.half();
-    let middle = |k: usize| (k as f64 + 0.5) * 2.0 / ACROSS as f64 - 1.0;
-    let all = (0..ACROSS * ACROSS).map(|k| [middle(k % ACROSS), middle(k / ACROSS)]);
+    let middle = |k: usize| (k as f64 + 0.5) * 2.0 / across as f64 - 1.0;
+    let all = (0..across * across).map(|k| [middle(k % across), middle(k / across)]);
     let weight = |[x, y]: [f64; 2]| match patch {
         LoadPatch::Circle { .. } => (1.0 - x * x - y * y).max(0.0).sqrt(),
         LoadPatch::Rectangle { .. } => 1.0,
@@ -299,7 +302,7 @@ fn cells(patch: LoadPatch) -> Vec<([f64; 2], f64)> {
 impl NearPair {
     /// The half-space's part Γ⁻¹BΓ⁻¹ of what the loads on the `patches` of both contacts do to each other.
     pub(super) fn share(&self, half_space: &HalfSpace, patches: &[LoadPatch]) -> Square {
-        half_space.between_loads(self.contacts.map(|c| patches[c]), self)
+        half_space.between_loads(self.contacts.map(|c| patches[c]), self, ACROSS)
     }
 }
 

@@ -155,6 +155,21 @@ mod tests {
 
     const FIRST: AlongPath = AlongPath::Line { distance: 0.0 };
 
+    /// A place of a wheel at an angle about its axle, or of a rail farther along, is brought to the origin; its normal
+    /// becomes upright.
+    #[test]
+    fn places_along_the_path_are_brought_to_the_contact() {
+        let axle = AlongPath::Axle { angle: 0.3, radius: 0.5 };
+        let (s, c) = 0.3f64.sin_cos();
+        let near = |found: [f64; 3], wanted: [f64; 3]| {
+            assert!(found.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-15), "{found:?} {wanted:?}");
+        };
+        near(axle.brought([0.5 * s, 0.02, 0.5 * c - 0.5]), [0.0, 0.02, 0.0]);
+        near(axle.brought([0.6 * s, 0.0, 0.6 * c - 0.5]), [0.0, 0.0, 0.1]);
+        near(AlongPath::Line { distance: 0.7 }.brought([0.7, 0.01, 0.002]), [0.0, 0.01, 0.002]);
+        assert_eq!((axle.angle(), AlongPath::Line { distance: 0.7 }.angle()), (0.3, 0.0));
+    }
+
     /// A ring whose surface is the head of a 60E1 along y, its crown at the origin: round along x, so that it can
     /// stand for a rail.
     fn head() -> Mesh {

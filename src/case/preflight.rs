@@ -92,22 +92,22 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
         return Error::all(job.bodies().into_iter().map(read)).map(|()| report);
     }
     if job.placement().is_some() {
-        let placed = super::wheel_rail_geometry::PlacedContact::from_job(job)?;
+        let all = super::wheel_rail_geometry::PlacedContact::each(job)?;
+        let Some(placed) = all.first() else { return Ok(report) };
         for (name, body) in job.bodies().into_iter().filter(|(_, b)| b.is_meshed()) {
             let (_, found) = of_mesh(job, meshes, name, body)?;
             report.lines.extend(found.lines);
             report.warnings.extend(found.warnings);
-            for (number, contact) in job.contact.iter().flat_map(Contact::all).enumerate() {
-                let at = super::wheel_rail_geometry::PlacedContact::at_contact(job, contact)?;
-                let (stands, _) = at.standing(&placed, (job, meshes), name, body)?;
-                report.lines.push(format!("body {name}: {}", stands.text));
+            for (number, at) in all.iter().enumerate() {
+                let (stands, _) = at.standing(placed, (job, meshes), name, body)?;
+                let of = if all.len() > 1 { format!(", contact {}", number + 1) } else { String::new() };
+                report.lines.push(format!("body {name}{of}: {}", stands.text));
                 let axle = axle(body, &stands).filter(|_| number == 0);
                 report.warnings.extend(axle.map(|text| format!("bodies.{name}.mesh: {text}")));
             }
         }
-        let (mut touching, mut all) = (placed.lines(), Vec::new());
-        for (number, contact) in job.contact.iter().flat_map(Contact::all).enumerate() {
-            let at = super::wheel_rail_geometry::PlacedContact::at_contact(job, contact)?;
+        let mut touching = placed.lines();
+        for ((number, contact), at) in job.contact.iter().flat_map(Contact::all).enumerate().zip(&all) {
             at.refuse_sections(job)?;
             if number > 0 {
                 let wheel = at.wheel_of(job).map_or(String::new(), |wheel| format!(", {wheel}"));
@@ -119,7 +119,6 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
                 report.lines.extend(found.lines);
                 report.warnings.extend(found.warnings);
             }
-            all.push(at);
         }
         touching.extend(super::wheel_rail_geometry::common_lines(job, &all));
         report.lines.splice(0..0, touching);
@@ -128,7 +127,7 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
         report.warnings.extend(carried.warnings);
         let one = job.contact.as_ref().is_some_and(|c| c.places == ContactPlaces::One);
         let left_out = if one { placed.warnings() } else { Vec::new() };
-        report.warnings.splice(0..0, left_out.into_iter().chain(super::wheel_rail_geometry::noise(job, &placed)));
+        report.warnings.splice(0..0, left_out.into_iter().chain(super::wheel_rail_geometry::noise(job, placed)));
         return Ok(report);
     }
     if job.is_swept() {

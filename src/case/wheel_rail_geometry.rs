@@ -70,8 +70,7 @@ impl PlacedContact {
 
     /// The wheel of `job` at each of its contacts, or both wheels. For one rank.
     pub fn all(job: &Job) -> Result<Vec<Self>> {
-        let contacts = job.contact.iter().flat_map(job::Contact::all);
-        let mut all = contacts.map(|one| Self::at_contact(job, one)).collect::<Result<Vec<_>>>()?;
+        let mut all = Self::each(job)?;
         if job.contact.as_ref().is_some_and(|c| c.vertical_load.is_some()) {
             // One wheel comes down on all of them: those that do not touch first are open by their distance then.
             let first = all.iter().map(|one| one.placed.height()).fold(f64::INFINITY, f64::min);
@@ -81,6 +80,11 @@ impl PlacedContact {
             }
         }
         Ok(all)
+    }
+
+    /// The same, each as if it were alone at first touch.
+    pub(crate) fn each(job: &Job) -> Result<Vec<Self>> {
+        job.contact.iter().flat_map(job::Contact::all).map(|one| Self::at_contact(job, one)).collect()
     }
 
     fn resolve(job: &Job, contact: &job::Contact) -> Result<Self> {

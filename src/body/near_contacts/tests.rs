@@ -49,7 +49,7 @@ fn near_contacts_are_refused_or_told() {
 fn loads_act_on_each_other_through_the_half_space() {
     let circle = LoadPatch::Circle { radius: 3e-3 };
     let pair = |apart: [f64; 2]| NearPair { contacts: [0, 1], apart, bend: 0.0 };
-    let own = STEEL.between_loads([circle; 2], &pair([0.0; 2]));
+    let own = STEEL.between_loads([circle; 2], &pair([0.0; 2]), ACROSS);
     let load = HalfSpaceLoad { patch: circle, shear: STEEL.shear(), poisson: STEEL.poisson };
     let (known, moments) = (load.sum(), circle.moments());
     for i in 0..LOADS {
@@ -60,7 +60,7 @@ fn loads_act_on_each_other_through_the_half_space() {
         }
     }
     let apart = [0.08, -0.06];
-    let far = STEEL.between_loads([circle, LoadPatch::Circle { radius: 2e-3 }], &pair(apart));
+    let far = STEEL.between_loads([circle, LoadPatch::Circle { radius: 2e-3 }], &pair(apart), ACROSS);
     let point = STEEL.point(apart.map(|v| -v));
     for i in 0..3 {
         for j in 0..3 {
@@ -92,6 +92,33 @@ fn contacts_on_a_plane_hold_each_other() {
     for (i, j) in [(0, first), (2, first + 2), (1, first + 2), (2, first + 1), (4, first + 5)] {
         let sign = if (i % 3 == 2) == (j % 3 == 2) { 1.0 } else { -1.0 };
         assert!((turned[(i, j)] - sign * all[(i, j)]).abs() < 1e-18, "{i} {j}");
+    }
+}
+
+/// An even load on a rectangle yields as the sum over its waves says (`HalfSpaceLoad`), about a middle that lies
+/// beside the contact point as about the contact point itself.
+#[test]
+fn even_loads_yield_as_their_waves_do() {
+    let half = [6e-3, 1.5e-3];
+    let of = |middle: f64| LoadPatch::Rectangle { half, middle };
+    let found = STEEL.under_loads(of(0.0));
+    let load = HalfSpaceLoad { patch: of(0.0), shear: STEEL.shear(), poisson: STEEL.poisson };
+    let [near, far] = [40.0, 80.0].map(|reach| load.up_to(reach / half[1]));
+    let known = scaled([of(0.0); 2], |i, j| 2.0 * far[i][j] - near[i][j]);
+    for i in 0..LOADS {
+        for j in 0..LOADS {
+            let scale = (known[i][i] * known[j][j]).sqrt();
+            let digits = if i < 3 && j < 3 { 2e-3 } else { 1e-2 };
+            assert!((found[i][j] - known[i][j]).abs() < digits * scale, "{i} {j}: {:e} {:e}", found[i][j], known[i][j]);
+        }
+    }
+    // Loads that are moved have the same forces, and moments about another place.
+    let moved = STEEL.under_loads(of(1e-3));
+    for c in 0..3 {
+        // To the rounding of a million terms.
+        assert!((moved[6 + c][6 + c] / found[6 + c][6 + c] - 1.0).abs() < 1e-10);
+        let wanted = found[c][c] - 2e-3 * found[c][6 + c] + 1e-6 * found[6 + c][6 + c];
+        assert!((moved[c][c] / wanted - 1.0).abs() < 1e-10, "{c}: {:e} {wanted:e}", moved[c][c]);
     }
 }
 

@@ -58,6 +58,11 @@ pub(crate) fn build<'p>(
                 let of = if stands.len() > 1 { format!(", contact {}", number + 1) } else { String::new() };
                 summary.line(format!("body {name}{of}: {}", one.text));
             }
+            if job.output.fields && stands.len() > 1 {
+                summary.line(format!(
+                    "body {name}: its fields are those of the mesh; contact fields on a mesh are those of one contact"
+                ));
+            }
             progress.stage(format!("distribution and assembly, body {name}"));
             let on = |(grid, (_, along)): (_, &(_, AlongPath))| MeshContact { grid, along: along.angle() };
             let contacts: Vec<MeshContact> = grids.iter().zip(&stands).map(on).collect();

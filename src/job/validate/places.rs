@@ -272,8 +272,7 @@ fn check_wheelset(job: &Job, contact: &Contact, placement: &Placement, faults: &
 fn check_analyses(job: &Job, contact: &Contact, several: &SeveralContacts, faults: &mut Vec<String>) {
     let SeveralContacts { cause, without } = several;
     let on_meshes = job.bodies().into_iter().find(|(_, body)| matches!(body.mesh, Some(MeshSource::File(_))));
-    let on_places = contact.places == ContactPlaces::All && contact.around.is_empty();
-    if let Some((name, _)) = on_meshes.filter(|_| !on_places || contact.wheels == ContactWheels::Both) {
+    if let Some((name, _)) = on_meshes.filter(|_| !contact.around.is_empty()) {
         faults.push(format!(
             "bodies.{name}.mesh.file: {cause} takes bodies swept from sections (mesh.revolved, \
              mesh.extruded), or half-spaces without meshes"
