@@ -140,9 +140,26 @@ mod tests {
     use super::*;
     use crate::swept::FAMILY;
 
+    /// Each order of loads is the derivative of their sum, and none moves what belongs to the other family.
+    fn orders_are_derivatives(load: &HalfSpaceLoad) {
+        let radius = 0.5;
+        for n in [3usize, 40, 300] {
+            let [low, high] = [-1e-3, 1e-3].map(|d| load.up_to((n as f64 + d) / radius));
+            let order = load.order(n, radius);
+            for c in 0..LOADS {
+                for d in 0..LOADS {
+                    let slope = (high[c][d] - low[c][d]) / 2e-3;
+                    let size = (order[c][c] * order[d][d]).abs().sqrt();
+                    assert!((order[c][d] - slope).abs() < 1e-4 * size, "{n} {c} {d}: {:e} {slope:e}", order[c][d]);
+                    assert!(FAMILY[c] == FAMILY[d] || order[c][d].abs() < 1e-12 * size, "{c} {d}");
+                }
+            }
+        }
+    }
+
     /// The mean displacement of a square under an even pressure of the force 1 is 4 (ln(1 + √2) − (√2 − 1)/3)/π times
-    /// (1 − ν²)/(2aE) (S. P. Timoshenko, J. N. Goodier, Theory of Elasticity, 1951, section 124: 0.95); a rectangle
-    /// that lies across has x and y exchanged; each order is the derivative of the sum.
+    /// (1 − ν²)/(2aE) (S. P. Timoshenko, J. N. Goodier, Theory of Elasticity, 1951, section 124: 0.95); each order
+    /// is the derivative of the sum, of rectangles that lie along and across.
     #[test]
     fn loads_on_rectangles_are_those_of_an_even_pressure() {
         let (young, nu) = (205e9, 0.3);
@@ -157,20 +174,7 @@ mod tests {
         let [found, further] = [40.0, 80.0].map(|reach| of([b; 2]).up_to(reach / b)[2][2]);
         // What is beyond falls like 1/k.
         assert!(((2.0 * further - found) / wanted - 1.0).abs() < 1e-3, "{found:e} {further:e} {wanted:e}");
-        let (radius, longer) = (0.5, [10e-3, 1e-3]);
-        for load in [of(longer), of([longer[1], longer[0]])] {
-            for n in [3usize, 40, 300] {
-                let [low, high] = [-1e-3, 1e-3].map(|d| load.up_to((n as f64 + d) / radius));
-                let order = load.order(n, radius);
-                for c in 0..LOADS {
-                    for d in 0..LOADS {
-                        let slope = (high[c][d] - low[c][d]) / 2e-3;
-                        let size = (order[c][c] * order[d][d]).abs().sqrt();
-                        assert!((order[c][d] - slope).abs() < 1e-4 * size, "{n} {c} {d}: {} {slope}", order[c][d]);
-                    }
-                }
-            }
-        }
+        [of([10e-3, 1e-3]), of([1e-3, 10e-3])].iter().for_each(orders_are_derivatives);
     }
 
     /// B_nn = 0.6(1−ν²)/(Eb), B_tt = B_nn (2−ν)/(2(1−ν)); under a normal force the surface is drawn inwards; rocking
@@ -196,18 +200,6 @@ mod tests {
         });
         let inward: f64 = inward.sum();
         assert!((all[3][2] / inward - 1.0).abs() < 1e-3 && all[2][3] == all[3][2], "{:e} {inward:e}", all[3][2]);
-        let radius = 0.5;
-        for n in [3usize, 40, 300] {
-            let [low, high] = [-1e-3, 1e-3].map(|d| load.up_to((n as f64 + d) / radius));
-            let order = load.order(n, radius);
-            for c in 0..LOADS {
-                for d in 0..LOADS {
-                    let slope = (high[c][d] - low[c][d]) / 2e-3;
-                    let size = (order[c][c] * order[d][d]).abs().sqrt();
-                    assert!((order[c][d] - slope).abs() < 1e-4 * size, "{n} {c} {d}: {:e} {slope:e}", order[c][d]);
-                    assert!(FAMILY[c] == FAMILY[d] || order[c][d].abs() < 1e-12 * size, "{c} {d}");
-                }
-            }
-        }
+        orders_are_derivatives(&load);
     }
 }
