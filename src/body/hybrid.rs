@@ -172,9 +172,9 @@ impl Hybrid {
     }
 
     /// The patches of the loads, one of each contact: circles, and rectangles of contacts near each other. A rectangle
-    /// covers its grid: rigid punches on the grid press little more evenly, and their compliance is what keeps the
-    /// whole positive definite. Slopes under loads on a small circle, extended to the ends of a slender grid, would
-    /// reach beyond the other contact.
+    /// covers its grid. An even load on it yields little more than a rigid punch on the grid does, and the whole is
+    /// positive definite where the body yields more than the difference of both. Slopes under loads on a small circle,
+    /// extended to the ends of a slender grid, would reach beyond the other contact.
     pub fn patches(&self) -> Vec<LoadPatch> {
         let is_near = |c: usize| self.near.iter().any(|pair| pair.contacts.contains(&c));
         let of = |(c, grid): (usize, &Lines)| match is_near(c) {
