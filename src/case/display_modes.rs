@@ -8,9 +8,6 @@ use crate::parallel::World;
 use crate::swept::PictureModes;
 use num_complex::Complex;
 
-/// Modes whose amplitude is less than this part of the largest one are not seen in a motion.
-const SEEN: f64 = 1e-7;
-
 /// The places whose bodies have such meshes.
 pub struct Pictures<'a> {
     all: Vec<(&'a Place, &'a PictureModes, MeshPart)>,
@@ -59,18 +56,15 @@ impl<'a> Pictures<'a> {
     /// this rank's nodes, `[3 · nodes]`.
     pub fn moved(&self, picture: usize, amplitudes: &[Complex<f64>]) -> [Vec<f64>; 2] {
         let (place, modes, part) = &self.all[picture];
-        let mut sum = [0, 1].map(|_| vec![0.0; 3 * part.owned]);
+        if part.owned == 0 {
+            return [Vec::new(), Vec::new()];
+        }
         let count = modes.list.len();
         // Those of the upper body stand behind those of the lower one.
         let first = if place.side == Side::Upper { amplitudes.len().saturating_sub(count) } else { 0 };
         let own = amplitudes.get(first..first + count).unwrap_or_default();
-        let largest = own.iter().map(|q| q.norm()).fold(0.0, f64::max);
-        for (k, q) in own.iter().enumerate().filter(|(_, q)| q.norm() > SEEN * largest) {
-            let motion = self.mode(picture, k);
-            for (sum, q) in sum.iter_mut().zip([q.re, q.im]) {
-                sum.iter_mut().zip(&motion).for_each(|(s, m)| *s += q * m);
-            }
-        }
-        sum
+        let of =
+            |part: fn(&Complex<f64>) -> f64| modes.moved(&own.iter().map(part).collect::<Vec<f64>>()).into_flattened();
+        [of(|q| q.re), of(|q| q.im)]
     }
 }

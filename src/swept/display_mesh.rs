@@ -1,7 +1,7 @@
 //! A swept body as a mesh of solid cells, which shows its modes: the corners of its section, swept.
 
 use super::{Forms, Path};
-use faer::{ColRef, Mat};
+use faer::{Col, ColRef, Mat, Scale};
 use std::f64::consts::PI;
 
 /// Stations of a wave, and of the whole way at least and at most.
@@ -93,7 +93,13 @@ impl DisplayMesh {
     /// Displacements of all points under the amplitudes of an order and a family, 0 or 1.
     pub fn motion(&self, order: usize, family: usize, amplitudes: ColRef<'_, f64>) -> Vec<[f64; 3]> {
         let mut all = Vec::with_capacity(self.points.len());
+        let of_section: Vec<[f64; 3]> = self
+            .amplitudes
+            .iter()
+            .map(|at| at.map_or([0.0; 3], |k| [amplitudes[k], amplitudes[k + 1], amplitudes[k + 2]]))
+            .collect();
         for &s in &self.stations {
+            let (sin_s, cos_s) = s.sin_cos();
             let angle = match self.path {
                 Path::Axle => order as f64 * s,
                 Path::Line(_) => self.path.wavenumber(order) * s,
@@ -105,11 +111,10 @@ impl DisplayMesh {
                 (_, 0) => [cos, sin],
                 _ => [sin, -cos],
             };
-            for at in &self.amplitudes {
-                let [u, v, w] = at.map_or([0.0; 3], |k| [0, 1, 2].map(|c| amplitudes[k + c]));
+            for [u, v, w] in &of_section {
                 let (r, t, y) = (along * u, across * v, along * w);
                 let motion = match self.path {
-                    Path::Axle => [r * s.sin() + t * s.cos(), y, r * s.cos() - t * s.sin()],
+                    Path::Axle => [r * sin_s + t * cos_s, y, r * cos_s - t * sin_s],
                     Path::Line(_) => [t, y, r],
                 };
                 all.push(self.shown(motion));
@@ -138,6 +143,27 @@ impl PictureModes {
         };
         let (_, index, family) = self.list[k];
         self.picture.motion(*order, family, vectors.col(index))
+    }
+
+    /// Displacements of all points with these `amplitudes` of the modes, m √kg. Those of one order and family are added
+    /// up on the section before it is swept.
+    pub fn moved(&self, amplitudes: &[f64]) -> Vec<[f64; 3]> {
+        let mut sum = vec![[0.0; 3]; self.picture.points.len()];
+        for (of, (order, vectors)) in self.orders.iter().enumerate() {
+            for family in [0, 1] {
+                let own =
+                    self.list.iter().zip(amplitudes).filter(|((o, _, f), q)| (*o, *f) == (of, family) && **q != 0.0);
+                let mut on_section: Option<Col<f64>> = None;
+                for ((_, index, _), q) in own {
+                    let column = on_section.get_or_insert_with(|| Col::zeros(vectors.nrows()));
+                    *column += Scale(*q) * vectors.col(*index);
+                }
+                let Some(on_section) = on_section else { continue };
+                let motion = self.picture.motion(*order, family, on_section.as_ref());
+                sum.iter_mut().flatten().zip(motion.iter().flatten()).for_each(|(s, m)| *s += m);
+            }
+        }
+        sum
     }
 }
 
@@ -224,6 +250,25 @@ mod tests {
             let square = |all: &[[f64; 3]]| all.iter().flatten().map(|v| v * v).sum::<f64>();
             assert!((square(&even) / square(&odd) - 1.0).abs() < 1e-9);
             assert_eq!(even.len(), corners * count);
+        }
+    }
+
+    /// The motion of several modes is the sum of theirs.
+    #[test]
+    fn modes_move_together_as_each_of_them() {
+        let picture = DisplayMesh::new(&ring(), 0.3, 4, 0.2);
+        let size = picture.amplitudes.iter().flatten().max().expect("an amplitude") + 3;
+        let vectors = |of: f64| Mat::from_fn(size, 3, |i, j| (of + i as f64 + 0.1 * j as f64).sin());
+        let orders = vec![(0, vectors(0.3)), (3, vectors(0.7))];
+        let list = vec![(1, 0, 0), (0, 2, 0), (1, 0, 1), (1, 2, 0), (1, 1, 1)];
+        let modes = PictureModes { picture, orders, list };
+        let amplitudes = [0.5, -1.5, 0.0, 2.0, 0.7];
+        let together = modes.moved(&amplitudes);
+        for (i, together) in together.iter().enumerate() {
+            for c in 0..3 {
+                let sum: f64 = amplitudes.iter().enumerate().map(|(k, q)| q * modes.motion(k)[i][c]).sum();
+                assert!((sum - together[c]).abs() < 1e-12, "{i}, {c}: {sum} and {}", together[c]);
+            }
         }
     }
 }
