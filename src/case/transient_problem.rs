@@ -235,6 +235,9 @@ fn at_start(wanted: &job::Transient, contact: &job::Contact) -> Result<Prescribe
     if let Some(load) = force("analyses.transient.histories", "vertical_load", &histories.vertical_load)? {
         start.loads.motions[0].load = load;
     }
+    if let Some(force) = value("analyses.transient.histories", "lateral_force", &histories.lateral_force)? {
+        lateral(&mut start.loads.motions)?.load = NormalLoad::Force(-force);
+    }
     Ok(start)
 }
 
@@ -296,7 +299,19 @@ pub(crate) fn drive(
         let key = "analyses.transient.histories.vertical_load";
         loading.motions[0].normal = Normal::Force(history(key.into(), &histories.vertical_load, 0.0, 1.0)?);
     }
+    if histories.lateral_force.is_some() {
+        let key = "analyses.transient.histories.lateral_force";
+        let force = history(key.into(), &histories.lateral_force, 0.0, -1.0)?;
+        lateral(&mut loading.motions)?.normal = Normal::Force(force);
+    }
     Ok(loading)
+}
+
+/// The lateral one of the rigid `motions` of a wheel, which follows the vertical one. Its resultant is the force of the
+/// wheel on the rail, against that of the job.
+fn lateral<M>(motions: &mut [M]) -> Result<&mut M> {
+    let missing = || Error::Defect("a history of the lateral force without a lateral motion".into());
+    motions.get_mut(1).ok_or_else(missing)
 }
 
 /// The state moved by a complex mode, whose largest displacement of a contact node is to be `amplitude`, m.
@@ -356,6 +371,34 @@ mod tests {
         let found = largest_displacement(psi.as_ref(), &modal);
         assert!((found.norm() - 5.0).abs() < 1e-15, "{found}");
     }
+
+    /// Either of the vertical and the lateral force on a wheel may be given over time, from the start on; the other one
+    /// is held with its motion.
+    #[test]
+    fn forces_on_a_wheel_have_histories() {
+        let text = include_bytes!(concat!(env!("CARGO_MANIFEST_DIR"), "/jobs/lateral-force.json"));
+        let table = "[[0, -31e3], [2e-3, -33e3]]";
+        let sets = [
+            r#"analyses.transient={"duration": 1e-3, "step": 1e-5, "start": {"state": "steady"}}"#.to_owned(),
+            format!("analyses.transient.histories.lateral_force={table}"),
+        ];
+        let job = job::Job::from_bytes(text, "job.json".as_ref(), &sets, None).expect("a job");
+        let (wanted, mut contact) = (job.analyses.transient.expect("a transient"), job.contact.expect("a contact"));
+        contact.further = vec![contact.clone()];
+        let start = at_start(&wanted, &contact).expect("a start");
+        assert_eq!(start.loads.motions.iter().map(|m| m.load).collect::<Vec<_>>(), [60e3, 31e3].map(NormalLoad::Force));
+        let drive = drive(&wanted, &contact, &[1e-4, 2e-6], &[]).expect("a drive");
+        let at = |j: usize, t: f64| match &drive.motions[j].normal {
+            Normal::Approach(history) => ("held", history.value(t)),
+            Normal::Force(history) => ("force", history.value(t)),
+        };
+        assert_eq!([at(0, 1e-3), at(1, 0.0), at(1, 1e-3)], [("held", 1e-4), ("force", 31e3), ("force", 32e3)]);
+        // Not without the force from which the shift follows.
+        let aside = ["contact.lateral_force=null".to_owned(), "contact.placement.lateral=6.5e-3".to_owned()];
+        let refused = job::Job::from_bytes(text, "job.json".as_ref(), &[&sets[..], &aside].concat(), None).unwrap_err();
+        assert!(refused.to_string().contains("histories.lateral_force: given without"), "{refused}");
+    }
+
     #[test]
     fn of_displacements_that_rounding_alone_tells_apart_the_first_counts() {
         // The ends of a rod that tilts, in both orders of rounding.

@@ -119,7 +119,7 @@ pub(crate) fn run_differences(a: &Value, b: &Value, until: f64) -> Vec<String> {
             0 => (path.to_owned(), Some("/contact/creepage")),
             k => (format!("{path}.further.{}", k - 1), None),
         };
-        for key in ["normal_load", "approach", "longitudinal", "lateral", "spin", "vertical_load"] {
+        for key in ["normal_load", "approach", "longitudinal", "lateral", "spin", "vertical_load", "lateral_force"] {
             let of = |job: &Value| {
                 let own = format!("/{}/{key}", path.replace('.', "/"));
                 let constant = constants.and_then(|at| job.pointer(&format!("{at}/{key}"))?.as_f64());
@@ -248,6 +248,11 @@ mod tests {
         assert_eq!(
             run_differences(&shared(500.0), &shared(600.0), 0.1),
             ["analyses.transient.histories.vertical_load"]
+        );
+        let sideways = |force: f64| with(json!({ "lateral_force": [[0, -500], [1, force]] }));
+        assert_eq!(
+            run_differences(&sideways(-500.0), &sideways(600.0), 0.1),
+            ["analyses.transient.histories.lateral_force"]
         );
     }
 

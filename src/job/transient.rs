@@ -197,6 +197,10 @@ pub struct Histories {
     /// The vertical load over time, N, that all contacts of a wheel carry together (`contact.vertical_load`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vertical_load: Option<Vec<[f64; 2]>>,
+    /// The lateral force of the rail on a wheel over time, N, positive to the right, that its contacts bear together
+    /// (`contact.lateral_force`).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub lateral_force: Option<Vec<[f64; 2]>>,
     /// Tables of the further contacts in their order, one entry each; an empty one keeps its contact constant.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub further: Vec<ContactHistories>,

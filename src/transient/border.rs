@@ -14,13 +14,15 @@ pub struct Border {
     pub row: Vec<[f64; 3]>,
     /// The resultant, N.
     pub total: f64,
+    /// True for patches whose load it is, `[patches]`; beside it a further resultant balances forces.
+    pub loads: Vec<bool>,
 }
 
 impl Border {
     /// The total of component `c` of the reactions (t_x, t_y, p) of one patch.
     pub(crate) fn of_component(c: usize, total: f64) -> Self {
         let unit = [0, 1, 2].map(|k| if k == c { 1.0 } else { 0.0 });
-        Self { column: vec![unit], row: vec![unit], total }
+        Self { column: vec![unit], row: vec![unit], total, loads: vec![c == 2] }
     }
 
     /// Returns whether the shift moves along the normals alone.

@@ -123,10 +123,10 @@ pub struct DrivenMotion {
 }
 
 impl DrivenMotion {
-    /// The border of a motion with the resultant `total`, N.
-    pub(super) fn border(&self, total: f64) -> Border {
+    /// The border of a motion with the resultant `total`, N, which is the load of the patches where `loads` says so.
+    pub(super) fn border(&self, total: f64, loads: Vec<bool>) -> Border {
         let column = self.factors.iter().map(|&n| [0.0, 0.0, n]).collect();
-        Border { column, row: self.resultant.clone(), total }
+        Border { column, row: self.resultant.clone(), total, loads }
     }
 }
 
@@ -180,11 +180,20 @@ impl Loading {
         self.motions.iter().any(|m| matches!(m.normal, Normal::Force(_)))
     }
 
+    /// The motion whose resultant is the load of patch `c`: the first one that moves it.
+    fn leading(&self, c: usize) -> Option<usize> {
+        self.motions.iter().position(|m| m.factors[c] != 0.0)
+    }
+
+    /// Returns for each patch whether the resultant of motion `j` is its load.
+    pub(super) fn loaded_by(&self, j: usize) -> Vec<bool> {
+        (0..self.patches.len()).map(|c| self.leading(c) == Some(j)).collect()
+    }
+
     /// Returns whether patch `c` stays open at the time `t` (s), because nothing presses it.
     pub(super) fn is_open(&self, c: usize, t: f64) -> bool {
         // A resultant of 0 beside that of another motion of the same patches is a balance of forces.
-        let leading = |c: usize| self.motions.iter().position(|m| m.factors[c] != 0.0);
-        let alone = |j: usize, (c, &n): (usize, &f64)| n == 0.0 || (n > 0.0 && leading(c) == Some(j));
+        let alone = |j: usize, (c, &n): (usize, &f64)| n == 0.0 || (n > 0.0 && self.leading(c) == Some(j));
         let lifted = |(j, m): (usize, &DrivenMotion)| match &m.normal {
             Normal::Force(history) => {
                 m.factors[c] != 0.0

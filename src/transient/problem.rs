@@ -282,10 +282,10 @@ impl StepProblem<'_> {
         let normal = || self.borders.iter().filter(|b| b.is_normal());
         let load: f64 = normal().map(|b| b.total.abs()).sum();
         let patches = self.borders.first().map_or(1, |b| b.column.len());
-        if normal().next().is_some() && (0..patches).all(|c| normal().any(|b| b.moves(c))) {
+        if (0..patches).all(|c| normal().any(|b| b.loads[c])) {
             return load;
         }
-        let held = |i: usize| !normal().any(|b| b.moves(self.patch_of(i)));
+        let held = |i: usize| !normal().any(|b| b.loads[self.patch_of(i)]);
         let pressed: f64 = (0..self.nodes()).filter(|&i| held(i)).map(|i| guess[3 * i + 2].max(0.0)).sum();
         let normal = self.free.chunks_exact(3).zip(self.matrix.diagonal().chunks_exact(3)).enumerate();
         let normal = normal.filter(|(i, _)| held(*i)).map(|(_, (free, compliance))| -free[2] / compliance[2]);

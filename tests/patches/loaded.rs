@@ -233,6 +233,43 @@ fn patches_share_a_vertical_and_a_lateral_force_at_every_step() {
     assert!(stepper.report().patches.iter().all(|p| p.closed > 10), "{:?}", stepper.report());
 }
 
+/// Patches at a given height bear a lateral force that goes through 0 at the end of a step and stays there: they remain
+/// closed, on the right-hand wheel and on its mirror image.
+#[test]
+fn patches_at_a_given_height_bear_a_lateral_force() {
+    let load = 40e3;
+    for side in [1.0, -1.0] {
+        let (angles, creepages) = (ANGLES.map(|d| side * d), [3e-3, 9e-3].map(|c| side * c));
+        let (_, found) = Wheel::new(Loads::vertical(&angles, NormalLoad::Force(load)), creepages).steady();
+        let lateral = |patches: &[[f64; 3]]| -> f64 {
+            patches.iter().zip(angles).map(|(force, d)| -force[2] * d.sin() - force[1] * d.cos()).sum()
+        };
+        let sideways = lateral(&found.patches.iter().map(|p| p.force).collect::<Vec<_>>()) + side * 3e3;
+        let begin = found.patches.iter().map(|p| -p.force[2]).collect();
+        let loads = Loads::vertical_and_lateral(&angles, [load, sideways], begin);
+        let wheel = Wheel::new(loads, creepages);
+        let (_, found) = wheel.steady();
+        assert!(side * sideways > 2e3, "{sideways} N");
+        let (step, steps) = (1e-5, 60);
+        let force = |t: f64| sideways * (1.0 - t / (40.0 * step)).max(0.0);
+        let table: Vec<[f64; 2]> = (0..=steps).map(|k| k as f64 * step).map(|t| [t, -force(t)]).collect();
+        let mut loading = wheel.loading().held_at(&found.motions);
+        loading.motions[1].normal = Normal::Force(History::table("force", &table, step * steps as f64).unwrap());
+        let mut settings = settings(loading, FrictionLaw::Constant(MU), step);
+        settings.tolerance = 1e-12;
+        let mut stepper = Stepper::new(wheel.model(), settings, wheel.rest(&found)).unwrap();
+        for k in 1..=steps {
+            stepper.advance().unwrap();
+            let forces: Vec<[f64; 3]> = stepper.report().patches.iter().map(|p| p.force).collect();
+            let apart = lateral(&forces) - force(k as f64 * step);
+            assert!(apart.abs() < 1e-9 * load, "side {side}, step {k}: {apart} N");
+            assert!(stepper.report().patches.iter().all(|p| p.closed > 10), "step {k}: {:?}", stepper.report());
+        }
+        assert_eq!(stepper.state().motions[0], found.motions[0]);
+        assert_ne!(stepper.state().motions[1], found.motions[1]);
+    }
+}
+
 /// Growth in time is the eigenvalue of the linear analysis, with both contacts sliding and with one of them in stick
 /// in part: the difference of two marches, one of them moved along the eigenvector.
 #[test]

@@ -205,6 +205,13 @@ fn check_transient(job: &Job, transient: &Transient, (path, faults): (&str, &mut
              contacts share; expected normal_load of each contact, or contact.places = \"all\" with a vertical load"
         ));
     }
+    let aside = job.contact.as_ref().is_some_and(|c| c.lateral_force.is_none() || c.from.is_some());
+    if histories.lateral_force.is_some() && aside {
+        faults.push(format!(
+            "{path}.histories.lateral_force: given without contact.lateral_force, from which the shift of a wheel at \
+             a given yaw (contact.placement) follows; give that, or leave the table out"
+        ));
+    }
     let given = histories.vertical_load.is_some() || all.iter().any(|(_, own)| own.presses());
     if transient.hold == HeldQuantity::Load && !load_given && !given {
         faults.push(format!("{path}.hold: \"load\" needs contact.normal_load; the job gives an approach"));

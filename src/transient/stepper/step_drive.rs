@@ -55,7 +55,7 @@ impl StepDrive {
                     motions[j] = before.motions[j];
                 }
                 Normal::Force(history) => {
-                    borders.push(motion.border(history.value(t + h)));
+                    borders.push(motion.border(history.value(t + h), drive.loaded_by(j)));
                     unknown.push(Unknown::Motion(j));
                 }
                 Normal::Approach(history) => {
