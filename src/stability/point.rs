@@ -1,14 +1,16 @@
-//! Stability with a contact of one point: the free modes of both bodies on Hertz' spring, and a law of total creep
+//! Stability with each contact as one point: the free modes of both bodies on Hertz' springs, and a law of total creep
 //! forces.
 //!
-//! It is the reference for a discretised contact. With the means Ψ_n, Ψ_t of the modes over the contact, weighted by
-//! its pressure, the gap changes by δg = Ψ_n q and the creep by δṡ = Ψ_t q̇ + V ∂xΨ_t q; so
+//! It is the reference for discretised contacts. With the means Ψ_n, Ψ_t of the modes over a contact, weighted by
+//! its pressure, the gap changes by δg = Ψ_n q and the creep by δṡ = Ψ_t q̇ + V ∂xΨ_t q; so with the sum over the
+//! contacts
 //!
-//! q̈ + C q̇ + K q = Ψ_nᵀ δP + Ψ_tᵀ δF,   δP = −k_H Ψ_n q,   δF = −D δṡ + (∂F/∂P) δP + (∂F/∂μ) δμ.
+//! q̈ + C q̇ + K q = Σ (Ψ_nᵀ δP + Ψ_tᵀ δF),   δP = −k_H Ψ_n q,   δF = −D δṡ + (∂F/∂P) δP + (∂F/∂μ) δμ.
 //!
 //! A coefficient of friction that is remembered is one more unknown, dδμ/dt = −decay δμ + gain τ·δṡ. The local
-//! compliance is all in the spring and in the law: what is left of the bodies' compliance without the modes is not
-//! counted again. Creepages other than those of translation stay as they are.
+//! compliance is all in the springs and in the law: what is left of the bodies' compliance without the modes is not
+//! counted again within a contact, and is left out between contacts. Creepages other than those of translation stay as
+//! they are.
 
 use super::reduced::{Eigenpair, Root, ScaledPencil, Scales};
 use crate::contact::baseline::{EllipticContact, Footprint, LinearForce};
@@ -36,8 +38,8 @@ pub struct PointContact<'a> {
 
 /// Eigenvalues by laws of point contact.
 pub struct Comparison {
-    /// The contact.
-    pub ellipse: EllipticContact,
+    /// The contacts; none of one that is open.
+    pub ellipses: Vec<Option<EllipticContact>>,
     /// For each of [`crate::contact::baseline::LAWS`].
     pub laws: Vec<LawSpectrum>,
 }
@@ -46,8 +48,8 @@ pub struct Comparison {
 pub struct LawSpectrum {
     /// Its place among the laws.
     pub law: usize,
-    /// Friction (x, y) on body 1, N.
-    pub force: [f64; 2],
+    /// Friction (x, y) on body 1 at each contact, N; 0 at one that is open.
+    pub forces: Vec<[f64; 2]>,
     /// Listed eigenpairs, by falling growth rate.
     pub eigenpairs: Vec<Eigenpair>,
     /// For each its place among those of the discretised contact.
@@ -64,12 +66,12 @@ impl LawSpectrum {
 
 /// Eigenvalues with Im λ ≥ 0 by falling growth rate; each pair's backward error is at most `tolerance`, or the result
 /// is an error.
-pub fn eigenpairs(bodies: &CoupledModel, contact: &PointContact, tolerance: f64) -> Result<Vec<Eigenpair>> {
+pub fn eigenpairs(bodies: &CoupledModel, contacts: &[PointContact], tolerance: f64) -> Result<Vec<Eigenpair>> {
     let m = bodies.omega.len();
     if m == 0 {
         return Err(Error::Job("analyses.stability.contact: no modes are kept; stability needs modes".into()));
     }
-    let pencil = assemble(bodies, contact);
+    let pencil = assemble(bodies, contacts);
     let of = |Root { value, vector, backward_error }: Root| Eigenpair {
         value: value * pencil.scales.rate,
         modal: vector[..m].to_vec(),
@@ -81,47 +83,81 @@ pub fn eigenpairs(bodies: &CoupledModel, contact: &PointContact, tolerance: f64)
     Ok(pairs)
 }
 
-/// The matrix of (q, q̇, δμ).
-fn assemble(bodies: &CoupledModel, contact: &PointContact) -> ScaledPencil {
+/// A contact as the modes see it.
+struct ContactModes<'a> {
+    /// Ψ of (x, y, n), 1/√kg, `[m]` each.
+    mean: [Vec<f64>; 3],
+    /// V ∂xΨ of (x, y), 1/(√kg s), `[m]` each.
+    carried: [Vec<f64>; 2],
+    stiffness: f64,
+    friction: &'a LinearForce,
+}
+
+impl<'a> ContactModes<'a> {
+    fn new(bodies: &CoupledModel, contact: &'a PointContact) -> Self {
+        let over = |list: &[(usize, f64)], c: usize, factor: f64| -> Vec<f64> {
+            let of = |k: usize| list.iter().map(|&(node, share)| share * bodies.modes[(3 * node + c, k)]).sum::<f64>();
+            (0..bodies.omega.len()).map(|k| factor * of(k)).collect()
+        };
+        Self {
+            mean: [0, 1, 2].map(|c| over(&contact.place.mean, c, 1.0)),
+            carried: [0, 1].map(|c| over(&contact.place.slope, c, contact.speed)),
+            stiffness: contact.stiffness,
+            friction: &contact.friction,
+        }
+    }
+
+    /// Force on the mode `i` by D and a creep.
+    fn rubbed(&self, i: usize, creep: [f64; 2]) -> f64 {
+        let d = self.friction.resistance;
+        -[0, 1].map(|c| self.mean[c][i] * (d[c][0] * creep[0] + d[c][1] * creep[1])).iter().sum::<f64>()
+    }
+
+    /// Stiffness of the mode `i` against the motion of the mode `j`, 1/s².
+    fn stiffness(&self, i: usize, j: usize) -> f64 {
+        let by_load = self.friction.by_load;
+        let pressed = self.mean[2][i] + by_load[0] * self.mean[0][i] + by_load[1] * self.mean[1][i];
+        pressed * self.stiffness * self.mean[2][j] - self.rubbed(i, [self.carried[0][j], self.carried[1][j]])
+    }
+
+    /// Force on each mode by a change of the coefficient of friction.
+    fn by_friction(&self) -> Vec<f64> {
+        let [x, y] = self.friction.by_friction;
+        self.mean[0].iter().zip(&self.mean[1]).map(|(a, b)| a * x + b * y).collect()
+    }
+}
+
+/// The matrix of (q, q̇, δμ of each contact that remembers).
+fn assemble(bodies: &CoupledModel, contacts: &[PointContact]) -> ScaledPencil {
     let m = bodies.omega.len();
-    let over = |list: &[(usize, f64)], c: usize, k: usize| -> f64 {
-        list.iter().map(|&(node, share)| share * bodies.modes[(3 * node + c, k)]).sum()
-    };
-    let mean: [Vec<f64>; 3] = [0, 1, 2].map(|c| (0..m).map(|k| over(&contact.place.mean, c, k)).collect());
-    let carried: [Vec<f64>; 2] =
-        [0, 1].map(|c| (0..m).map(|k| contact.speed * over(&contact.place.slope, c, k)).collect());
-    let LinearForce { resistance, by_load, by_friction, memory, .. } = &contact.friction;
-    // Modal force per δP, and per creep along x and y.
-    let pressed = |i: usize| mean[2][i] + by_load[0] * mean[0][i] + by_load[1] * mean[1][i];
-    let rubbed = |i: usize, c: usize| -(mean[0][i] * resistance[0][c] + mean[1][i] * resistance[1][c]);
-    let forces = |i: usize, motion: [f64; 2]| rubbed(i, 0) * motion[0] + rubbed(i, 1) * motion[1];
-    let stiffness = Mat::from_fn(m, m, |i, j| {
-        bodies.stiffness.get(i, j) + pressed(i) * contact.stiffness * mean[2][j]
-            - forces(i, [carried[0][j], carried[1][j]])
-    });
+    let contacts: Vec<ContactModes> = contacts.iter().map(|contact| ContactModes::new(bodies, contact)).collect();
+    let sum = |of: &dyn Fn(&ContactModes) -> f64| contacts.iter().map(of).sum::<f64>();
+    let stiffness = Mat::from_fn(m, m, |i, j| bodies.stiffness.get(i, j) + sum(&|c| c.stiffness(i, j)));
     let norm = stiffness.norm_l2() / (m as f64).sqrt();
     let rate = if norm > 0.0 { norm.sqrt() } else { 1.0 };
-    let n = 2 * m + usize::from(memory.is_some());
+    let remembering: Vec<_> = contacts.iter().filter_map(|c| Some((c, c.friction.memory.as_ref()?))).collect();
+    let n = 2 * m + remembering.len();
     let mut a = Mat::<f64>::zeros(n, n);
     for i in 0..m {
         a[(i, m + i)] = 1.0;
         for j in 0..m {
             a[(m + i, j)] = -stiffness[(i, j)] / (rate * rate);
-            a[(m + i, m + j)] = (forces(i, [mean[0][j], mean[1][j]]) - bodies.damping.get(i, j)) / rate;
+            let rubbed = sum(&|c| c.rubbed(i, [c.mean[0][j], c.mean[1][j]]));
+            a[(m + i, m + j)] = (rubbed - bodies.damping.get(i, j)) / rate;
         }
     }
     // The unit of δμ makes what it does to the modes of the size of the stiffness.
-    let mut unit = 1.0;
-    if let Some(memory) = memory {
-        let by_friction: Vec<f64> = (0..m).map(|i| mean[0][i] * by_friction[0] + mean[1][i] * by_friction[1]).collect();
-        let reach = by_friction.iter().map(|f| f * f).sum::<f64>().sqrt();
-        unit = if reach > 0.0 { rate * rate / reach } else { 1.0 };
+    let by_friction: Vec<Vec<f64>> = remembering.iter().map(|(c, _)| c.by_friction()).collect();
+    let reach = by_friction.iter().map(|by| by.iter().map(|f| f * f).sum::<f64>().sqrt()).fold(0.0, f64::max);
+    let unit = if reach > 0.0 { rate * rate / reach } else { 1.0 };
+    for (k, ((contact, memory), by_friction)) in remembering.iter().zip(&by_friction).enumerate() {
+        let at = 2 * m + k;
         let [x, y] = memory.direction.map(|t| t * memory.relaxation.gain / (rate * unit));
-        a[(2 * m, 2 * m)] = -memory.relaxation.decay / rate;
+        a[(at, at)] = -memory.relaxation.decay / rate;
         for j in 0..m {
-            a[(m + j, 2 * m)] = by_friction[j] * unit / (rate * rate);
-            a[(2 * m, j)] = x * carried[0][j] + y * carried[1][j];
-            a[(2 * m, m + j)] = (x * mean[0][j] + y * mean[1][j]) * rate;
+            a[(m + j, at)] = by_friction[j] * unit / (rate * rate);
+            a[(at, j)] = x * contact.carried[0][j] + y * contact.carried[1][j];
+            a[(at, m + j)] = (x * contact.mean[0][j] + y * contact.mean[1][j]) * rate;
         }
     }
     ScaledPencil { a, e: Mat::identity(n, n), scales: Scales { rate, force: unit, rows: Vec::new() }, parts: None }
@@ -189,7 +225,7 @@ mod tests {
 
     fn found(bodies: &CoupledModel, place: &Footprint, friction: LinearForce) -> Vec<C> {
         let contact = PointContact { place, stiffness: ellipse().normal_stiffness(), speed: SPEED, friction };
-        eigenpairs(bodies, &contact, 1e-9).unwrap().iter().map(|p| p.value).collect()
+        eigenpairs(bodies, &[contact], 1e-9).unwrap().iter().map(|p| p.value).collect()
     }
 
     fn near(a: C, b: C, relative: f64, what: &str) {
@@ -294,6 +330,58 @@ mod tests {
         let got = found(&body(&[omega], c, &[[0.0, psi, 0.0]], 0.0), &place(), f)[0];
         let want = -0.5 * c - 0.5 * psi * psi * ellipse().load * law.slope(SPEED * eta);
         assert!(want > 0.0 && (got.re / want - 1.0).abs() < 1e-4, "{got}, expected {want}");
+    }
+
+    /// Contacts that touch modes of their own have the eigenvalues that each has alone, with a memory of friction each;
+    /// two at one place are one of twice the stiffness and twice the forces.
+    #[test]
+    fn several_contacts_are_added_up() {
+        let law = |memory: f64| FrictionLaw::from(Exponential::new(0.4, 0.2, 0.3)).remembering(memory);
+        let friction = |eta: f64, memory: f64| {
+            LinearForce::new(shen_hedrick_elkins, &ellipse(), &lateral(eta), SPEED, &law(memory))
+        };
+        let (omega, psi): ([f64; 2], _) = ([3000.0, 5000.0], [[0.02, 0.05, 0.03], [-0.01, 0.04, 0.06]]);
+        // Rows of two nodes, of which each mode moves one.
+        let modes = Mat::from_fn(6, 2, |i, k| if i / 3 == k { psi[k][i % 3] } else { 0.0 });
+        let compliance =
+            Mat::from_fn(6, 6, |i, j| (0..2).map(|k| modes[(i, k)] * modes[(j, k)] / omega[k].powi(2)).sum());
+        let lower = ReducedBody::new(omega.to_vec(), vec![2.0; 2], modes, compliance);
+        let rigid = ReducedBody::new(vec![], vec![], Mat::zeros(6, 0), Mat::zeros(6, 6));
+        let both = CoupledModel::new(&lower, &rigid).unwrap();
+        let places = [0, 1].map(|node| Footprint { mean: vec![(node, 1.0)], slope: Vec::new() });
+        let given = [(0.01, 1e-3), (-0.02, 4e-3)];
+        let contacts: Vec<PointContact> = places
+            .iter()
+            .zip(given)
+            .map(|(place, (eta, memory))| PointContact {
+                place,
+                stiffness: ellipse().normal_stiffness(),
+                speed: SPEED,
+                friction: friction(eta, memory),
+            })
+            .collect();
+        let all: Vec<C> = eigenpairs(&both, &contacts, 1e-9).unwrap().iter().map(|p| p.value).collect();
+        let alone =
+            |k: usize| found(&body(&[omega[k]], 2.0, &[psi[k]], 0.0), &place(), friction(given[k].0, given[k].1));
+        let each: Vec<C> = [0, 1].into_iter().flat_map(alone).collect();
+        assert_eq!(all.len(), each.len());
+        for value in each {
+            let best = all.iter().min_by(|a, b| (*a - value).norm().total_cmp(&(*b - value).norm())).unwrap();
+            near(*best, value, 1e-9, "each by itself");
+        }
+        // Twice the same contact.
+        let one = body(&[omega[0]], 2.0, &[psi[0]], 0.0);
+        let constant =
+            || LinearForce::new(shen_hedrick_elkins, &ellipse(), &lateral(0.01), SPEED, &FrictionLaw::Constant(0.3));
+        let here = place();
+        let single = |factor: f64| {
+            let f = constant();
+            let friction = LinearForce { resistance: f.resistance.map(|r| r.map(|v| factor * v)), ..f };
+            PointContact { place: &here, stiffness: factor * ellipse().normal_stiffness(), speed: SPEED, friction }
+        };
+        let [twice, double] = [vec![single(1.0), single(1.0)], vec![single(2.0)]]
+            .map(|contacts| eigenpairs(&one, &contacts, 1e-9).unwrap()[0].value);
+        near(twice, double, 1e-12, "twice the contact");
     }
 
     /// The material that the bodies carry through the contact: V ∂xΨ_t makes creep of displacement, as a rate does.

@@ -267,7 +267,8 @@ pub struct Stability {
     /// mode and lateral position of the contact.
     #[serde(default)]
     pub sensitivities: bool,
-    /// Model of the contact: the discretised patch, or beside that one point, to see what the patch changes.
+    /// Model of the contact: the discretised patch, or beside that one point in place of each, to see what the patch
+    /// changes.
     #[serde(default)]
     pub contact: StabilityContact,
     /// The same on the full finite-element system, compared with the reduced one. Default: reduced only.
@@ -292,7 +293,7 @@ pub enum StabilityContact {
     /// The discretised patch, each node with its own pressure and friction.
     #[default]
     Patch,
-    /// Beside the patch one point on Hertz' spring, with the creep forces of each law of point contact.
+    /// Beside each patch one point on Hertz' spring, with the creep forces of each law of point contact.
     Point,
 }
 

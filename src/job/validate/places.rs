@@ -313,14 +313,10 @@ fn check_analyses(job: &Job, contact: &Contact, several: &SeveralContacts, fault
             ));
         }
     }
-    let point = analyses.stability.as_ref().is_some_and(|s| s.contact == StabilityContact::Point);
-    let full = analyses.stability.as_ref().is_some_and(|s| s.full.is_some());
-    for (name, given) in [("analyses.stability.full", full), ("analyses.stability.contact", point)] {
-        if given {
-            faults.push(format!(
-                "{name}: takes one contact; expected {without}, or a job with modes, steady, \
-                 creep_curve, stability on the reduced model, sweep, uncertainty and transient"
-            ));
-        }
+    if analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
+        faults.push(format!(
+            "analyses.stability.full: takes one contact; expected {without}, or a job with modes, steady, \
+             creep_curve, stability on the reduced model, sweep, uncertainty and transient"
+        ));
     }
 }

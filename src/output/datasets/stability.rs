@@ -1,7 +1,7 @@
 //! The group `/stability`.
 
 use super::super::Table;
-use crate::contact::baseline::LAWS;
+use crate::contact::baseline::{EllipticContact, LAWS};
 use crate::model::{travelling, CoupledModel, ReducedModel};
 use crate::stability::confirmation::Confirmation;
 use crate::stability::criterion::Criterion;
@@ -234,18 +234,35 @@ pub fn causes(all: &[Criterion]) -> Vec<Table> {
     ]
 }
 
-/// The group `/stability/point`: one point in place of the contact, beside the `listed` eigenvalues of the reduced
+/// The group `/stability/point`: one point in place of each contact, beside the `listed` eigenvalues of the reduced
 /// model.
 pub fn of_point(all: &Comparison, listed: usize) -> Vec<Table> {
-    let e = &all.ellipse;
+    let contacts = all.ellipses.len();
+    let (rows, of_each): (&[usize], &str) = match contacts {
+        1 => (&[2], ""),
+        _ => (&[contacts, 2], ", a row for each contact"),
+    };
+    let of_ellipses = |of: fn(&EllipticContact) -> Vec<f64>, width: usize| -> Vec<f64> {
+        all.ellipses.iter().flat_map(|e| e.as_ref().map_or(vec![f64::NAN; width], of)).collect()
+    };
     let mut tables = vec![
-        Table::list(
+        Table::new(
             "/stability/point/half_axes",
             "m",
-            "Half-axes along and across the rolling direction of the ellipse with the second moments of the pressure.",
-            vec![e.a, e.b],
+            &format!(
+                "Half-axes along and across the rolling direction of the ellipse with the second moments of the \
+                 pressure{of_each}."
+            ),
+            rows,
+            of_ellipses(|e| vec![e.a, e.b], 2),
         ),
-        Table::scalar("/stability/point/stiffness", "N/m", "Stiffness of Hertz' contact.", e.normal_stiffness()),
+        Table::new(
+            "/stability/point/stiffness",
+            "N/m",
+            &format!("Stiffness of Hertz' contact{}.", if contacts > 1 { ", of each contact" } else { "" }),
+            &rows[..rows.len() - 1],
+            of_ellipses(|e| vec![e.normal_stiffness()], 1),
+        ),
     ];
     for of in &all.laws {
         let (name, words, _) = LAWS[of.law];
@@ -253,11 +270,20 @@ pub fn of_point(all: &Comparison, listed: usize) -> Vec<Table> {
         let none = Complex::new(f64::NAN, f64::NAN);
         let beside: Vec<Complex<f64>> = (0..listed).map(|i| of.partner(i).unwrap_or(none)).collect();
         tables.extend([
-            Table::list(&path("force"), "N", &format!("Friction (x, y) on body 1 by {words}."), of.force.to_vec()),
+            Table::new(
+                &path("force"),
+                "N",
+                &format!("Friction (x, y) on body 1 by {words}{of_each}."),
+                rows,
+                of.forces.iter().flatten().copied().collect::<Vec<f64>>(),
+            ),
             Table::list(
                 &path("eigenvalue"),
                 "1/s",
-                &format!("Eigenvalues with one point and the forces of {words}, by falling growth rate."),
+                &format!(
+                    "Eigenvalues with one point in place of each patch and the forces of {words}, by falling growth \
+                     rate."
+                ),
                 of.eigenpairs.iter().map(|p| p.value).collect::<Vec<_>>(),
             ),
             Table::list(
@@ -359,4 +385,32 @@ pub fn derivatives(all: &Sensitivities, modes: usize) -> Vec<Table> {
         all.damping.concat(),
     ));
     tables
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::super::values::Values;
+    use super::*;
+    use crate::contact::baseline::coefficients;
+    use crate::stability::point::LawSpectrum;
+
+    /// A contact that is open among several has its row: no ellipse, and no friction.
+    #[test]
+    fn an_open_contact_has_no_ellipse() {
+        let kalker = coefficients(0.3, 1.25).expect("half-axes of the table");
+        let closed = EllipticContact { a: 5e-3, b: 4e-3, load: 7e4, friction: 0.3, shear: 8e10, plane: 1.1e11, kalker };
+        let law = LawSpectrum { law: 0, forces: vec![[0.0; 2], [3.0, -4.0]], eigenpairs: vec![], partners: vec![] };
+        let tables = of_point(&Comparison { ellipses: vec![None, Some(closed)], laws: vec![law] }, 0);
+        let of = |name: &str| {
+            let path = format!("/stability/point/{name}");
+            let table = tables.iter().find(|table| table.path == path).expect("the table");
+            let Values::F64(values) = &table.values else { panic!("{name}: no numbers") };
+            (table.shape.clone(), values.clone())
+        };
+        let (shape, axes) = of("half_axes");
+        assert!(shape == [2, 2] && axes[..2].iter().all(|a| a.is_nan()) && axes[2..] == [5e-3, 4e-3], "{axes:?}");
+        let (shape, stiffness) = of("stiffness");
+        assert!(shape == [2] && stiffness[0].is_nan() && stiffness[1] == closed.normal_stiffness(), "{stiffness:?}");
+        assert_eq!(of("linear/force"), (vec![2, 2], vec![0.0, 0.0, 3.0, -4.0]));
+    }
 }
