@@ -15,8 +15,8 @@ fn with_absorbers() -> Value {
     job
 }
 
-/// The wheel that squeals near 970 Hz is stable with absorbers that are tuned to it; on two ranks and from the reduced
-/// model as well, which other absorbers do not have.
+/// The wheel that squeals near 970 Hz is stable with absorbers that are tuned to it, on two ranks; so it is on one from
+/// their reduced model, which other absorbers do not have.
 #[test]
 fn absorbers_quieten_the_wheel_that_squeals() {
     let mut job = with_absorbers();
@@ -27,14 +27,11 @@ fn absorbers_quieten_the_wheel_that_squeals() {
     }
     let with = numbers(&folder, "with.h5", "stability/growth_rate");
     assert!(with[0] < 0.0, "{with:?}");
-    folder.call(1, "run", &["--output", &folder.text("one.h5")]).good();
     let reused = folder.text("with.h5");
     folder.call(1, "run", &["--output", &folder.text("again.h5"), "--reuse", &reused]).good();
-    for file in ["one.h5", "again.h5"] {
-        let there = numbers(&folder, file, "stability/growth_rate");
-        let apart = with.iter().zip(&there).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        assert!(with.len() == there.len() && apart < 1e-5, "{file}: {with:?} {there:?}");
-    }
+    let there = numbers(&folder, "again.h5", "stability/growth_rate");
+    let apart = with.iter().zip(&there).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    assert!(with.len() == there.len() && apart < 1e-5, "{with:?} {there:?}");
     let output = folder.text("other.h5");
     let other = ["--set", "bodies.upper.absorbers.0.loss_factor=0.1", "--reuse", &reused, "--output", &output];
     folder.call(1, "run", &other).failed(2, &["bodies.upper.absorbers", "--reuse"]);

@@ -33,23 +33,37 @@ fn aside_of_the_middle(name: &str, analyses: Value) -> Value {
     job
 }
 
-/// A wheelset of which one half is drawn has a contact at either wheel and modes of the kinds of the built-in one; a
-/// drawing that ends elsewhere is refused.
-#[test]
-fn a_drawn_half_is_a_wheelset_on_both_rails() {
+/// The same of a wheelset of which one half is drawn.
+fn drawn_half() -> Value {
     let mut job = aside_of_the_middle("drawn-wheelset.json", json!({ "steady": {}, "stability": {} }));
     let mesh = concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/wheelset-section.msh");
     job["bodies"]["upper"]["mesh"]["revolved"]["section"]["file"]["path"] = json!(mesh);
+    job
+}
+
+/// It has a contact at either wheel.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn a_drawn_half_rolls_on_both_rails() {
+    let folder = Folder::with(drawn_half().to_string());
+    folder.call(1, "run", &[]).good();
+    let forces = ["contact/force", "contact_2/force"].map(|name| read::<f64>(&folder, "job.h5", name));
+    assert!(forces.iter().all(|f| (f[2] + 20e3).abs() < 1e-3 && f[0] < -7e3), "{forces:?}");
+    assert!(read::<Complex64>(&folder, "job.h5", "stability/eigenvalue").len() > 10);
+}
+
+/// A wheelset of which one half is drawn has modes of the kinds of the built-in one; a drawing that ends elsewhere is
+/// refused.
+#[test]
+fn a_drawn_half_is_a_wheelset() {
+    let mut job = drawn_half();
     let folder = Folder::with(job.to_string());
-    let ran = folder.call(1, "run", &[]);
+    let ran = folder.call(1, "run", &["--only", "modes"]);
     assert!(ran.good().out.contains("mass 1.033909e3 kg"), "{}", ran.out);
     let family = read::<hdf5::types::VarLenUnicode>(&folder, "job.h5", "modes/upper/family");
     for kind in ["symmetric axial", "antisymmetric axial", "antisymmetric torsion", "symmetric bending"] {
         assert!(family.iter().any(|name| name.starts_with(kind)), "{kind}: {family:?}");
     }
-    let forces = ["contact/force", "contact_2/force"].map(|name| read::<f64>(&folder, "job.h5", name));
-    assert!(forces.iter().all(|f| (f[2] + 20e3).abs() < 1e-3 && f[0] < -7e3), "{forces:?}");
-    assert!(read::<Complex64>(&folder, "job.h5", "stability/eigenvalue").len() > 10);
     job["bodies"]["upper"]["mesh"]["revolved"]["section"]["file"]["middle"] = json!(0.752);
     let parts =
         ["section.file.middle", "found 0.752 m, but the drawing ends at x = 0.750000 m", "one half of a wheelset"];
@@ -164,6 +178,7 @@ fn normal_forces(folder: &Folder, file: &str) -> [Vec<f64>; 2] {
 
 /// With `hold` = "load" each wheel bears its load at each step.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn both_wheels_roll_in_time() {
     let folder = Folder::with(in_time("load").to_string());
     folder.call(1, "run", &[]).good();

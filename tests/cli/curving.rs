@@ -38,7 +38,7 @@ fn wheels_of_a_curve_go_on_into_stability() {
     job["analyses"]["curving"] = json!({ "radii": [600, 300] });
     job["analyses"]["steady"] = json!({});
     let folder = Folder::with(job.to_string());
-    let ran = folder.call(2, "run", &[]);
+    let ran = folder.call(1, "run", &[]);
     let text = ran.good().out.clone();
     assert!(text.contains("steady curving: radius 100") && !text.contains("straight track"), "{text}");
     let creepage = numbers(&folder, "placement/creepage");

@@ -107,7 +107,7 @@ fn a_second_run_with_the_same_output_is_refused() {
     let others = ["--set", "contact.friction=0.35"];
     let process = format!("process {}", child.id());
     for target in [&["--output", &output, "--force"][..], &["--output", &output], &["--resume", &output]] {
-        let ran = folder.call(1, "run", &[&long[..], &others, target].concat());
+        let ran = child.beside(&[&["run", &job], &long[..], &others, target].concat());
         ran.failed(2, &["run.transient", "another run is at work", &process]);
         assert!(!ran.err.contains("stage") && !ran.err.contains("steady"), "at once: {}", ran.err);
     }

@@ -136,7 +136,7 @@ fn a_signal_ends_a_job_without_a_transient() {
     let folder = Folder::with(job.to_string());
     let mut command = Command::new(PROGRAM);
     command.args(["run", &folder.text("job.json")]).env("OPENBLAS_NUM_THREADS", "1");
-    let mut child = command.stderr(std::process::Stdio::piped()).spawn().expect("start");
+    let mut child = Running::start(1, command.stderr(std::process::Stdio::piped()));
     let mut lines = BufReader::new(child.stderr.take().expect("stderr")).lines().map(|l| l.expect("a line"));
     assert!(lines.by_ref().any(|line| line.contains("meshing")));
     super::interrupted::signal("USR1", child.id());
@@ -151,20 +151,20 @@ fn a_signal_ends_a_job_without_a_transient() {
 #[test]
 fn files_that_may_not_grow() {
     let folder = Folder::with(small().to_string());
-    for ranks in ["1", "2"] {
+    for ranks in [1, 2] {
         let mut command = mpirun();
         // Over shared memory Open MPI itself would need larger files.
         command.env("OMPI_MCA_btl", "self,tcp");
         command.args([
             "-n",
-            ranks,
+            &ranks.to_string(),
             "sh",
             "-c",
             "ulimit -f 40; exec \"$0\" run \"$1\" --only steady --set output.reduced=false",
             PROGRAM,
             &folder.text("job.json"),
         ]);
-        finish(&mut command).failed(6, &["job.h5", "ulimit -f"]);
+        finish_on(ranks, &mut command).failed(6, &["job.h5", "ulimit -f"]);
         folder.untouched();
     }
 }
@@ -203,7 +203,7 @@ fn one_rank_alone_fails() {
     // The mpirun of Debian 13 crashes where it is given several programs.
     let line = "[ \"$OMPI_COMM_WORLD_RANK\" != 1 ] || ulimit -f 8; exec \"$0\" run \"$1\" --only steady";
     command.args(["-n", "3", "sh", "-c", line, PROGRAM, &job]);
-    finish(&mut command).failed(6, &["job.h5"]);
+    finish_on(3, &mut command).failed(6, &["job.h5"]);
     folder.untouched();
 }
 
@@ -261,7 +261,7 @@ fn a_rank_that_is_lost_ends_the_others() {
     for (name, parts) in [("STOP", &["rank 1", "has been stopped", "the run ends"][..]), ("KILL", &["on signal 9"])] {
         let mut command = mpirun();
         command.args(["-n", "2", PROGRAM]);
-        let mut child = super::interrupted::start(command, &["run", &folder.text("job.json")]);
+        let mut child = super::interrupted::start_on(2, command, &["run", &folder.text("job.json")]);
         // From here on both are at work.
         let mut lines = BufReader::new(child.stderr.take().expect("stderr")).lines().map(|l| l.expect("a line"));
         assert!(lines.by_ref().any(|line| line.contains("meshing")));

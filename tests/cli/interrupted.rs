@@ -59,9 +59,14 @@ pub fn segments(folder: &Path) -> Vec<PathBuf> {
 }
 
 /// Starts the program in the background.
-pub fn start(mut command: Command, args: &[&str]) -> Child {
+pub fn start(command: Command, args: &[&str]) -> Running {
+    start_on(1, command, args)
+}
+
+/// Starts it by a launcher of so many ranks.
+pub fn start_on(ranks: usize, mut command: Command, args: &[&str]) -> Running {
     command.args(args).env("OPENBLAS_NUM_THREADS", "1");
-    command.stderr(Stdio::piped()).stdout(Stdio::null()).spawn().expect("start")
+    Running::start(ranks, command.stderr(Stdio::piped()).stdout(Stdio::null()))
 }
 
 /// Waits until `there` says yes; the run must still be going then. It looks every millisecond. A run that hangs is
@@ -277,7 +282,7 @@ fn on_two_ranks_without_reuse_signals_and_kills_leave_what_continues_to_the_same
     let launch = |target: &str, file: &str| {
         let mut command = mpirun();
         command.args(["-n", "2", PROGRAM]);
-        start(command, &["run", &job, target, file])
+        start_on(2, command, &["run", &job, target, file])
     };
     let mut unbroken = launch("--output", &whole);
     let place = folder.path("run.transient");
@@ -420,7 +425,7 @@ fn launcher_leaves_a_state(name: &str) {
     let sets = ["--set", "analyses.transient.duration=20", "--reuse", &model];
     let mut command = mpirun();
     command.args(["-n", "2", PROGRAM]);
-    let mut child = start(command, &[&["run", &job], &sets[..], &["--output", &output]].concat());
+    let mut child = start_on(2, command, &[&["run", &job], &sets[..], &["--output", &output]].concat());
     wait_for(&place, 3, &mut child);
     signal(name, child.id());
     assert_eq!(child.wait().expect("wait").code(), Some(1));

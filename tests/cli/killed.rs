@@ -7,7 +7,7 @@ use serde_json::{json, Value};
 use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader};
 use std::path::Path;
-use std::process::{Child, Command};
+use std::process::Command;
 
 /// All datasets of a file but its provenance and the sums of its pieces.
 fn datasets(file: &Path) -> BTreeMap<String, (Vec<usize>, Values)> {
@@ -69,7 +69,7 @@ fn program() -> Command {
     command
 }
 
-fn kill(mut child: Child) {
+fn kill(mut child: Running) {
     signal("KILL", child.id());
     child.wait().expect("wait");
 }

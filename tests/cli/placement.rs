@@ -210,6 +210,7 @@ fn sweeps_move_the_wheel() {
 /// A sweep over places takes the modes of both sections from the first place, and makes its models from few numbers:
 /// what it finds at the second place is what a run there finds, which does neither.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn a_place_among_others_is_that_by_itself() {
     let mut job = job("wheel-at-given-yaw.json");
     job["analyses"] = json!({

@@ -2,8 +2,9 @@
 
 use serde_json::{json, Value};
 use std::io::Write;
+use std::ops::{Deref, DerefMut};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::{Child, Command, ExitStatus, Output};
 use std::sync::{Condvar, LazyLock, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 use tempfile::TempDir;
@@ -58,8 +59,18 @@ pub fn mpirun() -> Command {
     command
 }
 
-/// Runs any command to its end.
+/// Runs any command of a single process to its end.
 pub fn finish(command: &mut Command) -> Ran {
+    finish_on(1, command)
+}
+
+/// Runs a command that starts so many ranks to its end.
+pub fn finish_on(ranks: usize, command: &mut Command) -> Ran {
+    let _share = PROCESSORS.take(ranks);
+    ended(command)
+}
+
+fn ended(command: &mut Command) -> Ran {
     Ran::new(command.output().expect("the command starts"))
 }
 
@@ -115,6 +126,56 @@ impl Drop for Share {
     }
 }
 
+/// A process in the background with its processors, which others have once it was waited for.
+pub struct Running {
+    child: Child,
+    share: Option<Share>,
+}
+
+impl Running {
+    /// Starts a command of so many ranks.
+    pub fn start(ranks: usize, command: &mut Command) -> Self {
+        let share = Some(PROCESSORS.take(ranks));
+        Self { child: command.spawn().expect("start"), share }
+    }
+
+    /// Waits for its end.
+    pub fn wait(&mut self) -> std::io::Result<ExitStatus> {
+        let status = self.child.wait();
+        self.share = None;
+        status
+    }
+
+    /// Runs the program beside it, on the same processor: it is to end at once.
+    pub fn beside(&self, args: &[&str]) -> Ran {
+        launched(1, args)
+    }
+}
+
+/// A test that fails leaves nothing running.
+impl Drop for Running {
+    fn drop(&mut self) {
+        if self.share.is_some() {
+            let _ = self.child.kill();
+            let _ = self.child.wait();
+        }
+    }
+}
+
+impl Deref for Running {
+    type Target = Child;
+
+    fn deref(&self) -> &Child {
+        &self.child
+    }
+}
+
+impl DerefMut for Running {
+    fn deref_mut(&mut self) -> &mut Child {
+        &mut self.child
+    }
+}
+
 /// The program on so many ranks; without a launcher on one.
 pub fn railsqueal(ranks: usize, args: &[&str]) -> Ran {
     let _share = PROCESSORS.take(ranks);
@@ -147,11 +208,11 @@ fn note_time(ranks: usize, begun: Instant, args: &[&str]) {
 
 fn launched(ranks: usize, args: &[&str]) -> Ran {
     match ranks {
-        1 => finish(Command::new(PROGRAM).env("OPENBLAS_NUM_THREADS", "1").args(args)),
+        1 => ended(Command::new(PROGRAM).env("OPENBLAS_NUM_THREADS", "1").args(args)),
         // mpirun gives processes that are left when one has failed a second, twice, and sits these out where none is
         // left. Ranks of the program tell what they have to tell before any of them ends. PRRTE, the launcher of Open
         // MPI 5, has no such parameter.
-        _ => finish(
+        _ => ended(
             mpirun()
                 .env("OMPI_MCA_odls_base_sigkill_timeout", "0")
                 .args(["-n", &ranks.to_string(), PROGRAM])

@@ -63,6 +63,7 @@ fn a_rig_seen_from_either_wheel_is_the_same() {
 /// On a roller that hardly gives way each wheel rolls by itself: it has the eigenvalues that it has alone under its own
 /// load and friction on its own grid. The model is taken up with both grids.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn wheels_on_a_stiff_roller_do_not_see_each_other() {
     let patch = json!({ "half_length": 0.0015, "half_width": 0.002, "spacing": 2.5e-4 });
     let mut job = coarse(json!([{
@@ -111,6 +112,7 @@ fn with_idler() -> Value {
 
 /// A second wheel that is given by its name is the one that is like the first.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn a_wheel_by_its_name_is_the_one_that_is_alike() {
     let alike = Folder::with(coarse(json!([{ "angle": 0.7 }])).to_string());
     alike.call(1, "run", &[]).good();
@@ -128,11 +130,19 @@ fn a_wheel_by_its_name_is_the_one_that_is_alike() {
 }
 
 /// On a roller that hardly gives way a wheel and a smaller idler, which turns faster and is damped otherwise, have the
-/// eigenvalues that each has alone. On two ranks, taken up and in a sweep they are the same.
+/// eigenvalues that each has alone under its own load and friction on its own grid, also with contacts of one point. On
+/// two ranks, taken up and in a sweep they are the same.
 #[test]
 fn a_wheel_and_an_idler_on_a_stiff_roller_are_each_by_itself() {
     let mut job = with_idler();
     job["bodies"]["lower"]["material"]["young"] = json!(210e14);
+    job["analyses"]["stability"]["contact"] = json!("point");
+    let own = json!({
+        "friction": 0.21, "patch": { "half_length": 0.0015, "half_width": 0.002, "spacing": 2.5e-4 }
+    });
+    for key in ["friction", "patch"] {
+        job["contact"]["around"][0][key] = own[key].clone();
+    }
     job["analyses"]["sweep"] = json!({ "keys": { "bodies.others.idler.damping.modal.by_diameter.0": [0.004, 0.008] } });
     let folder = Folder::with(job.to_string());
     let ran = folder.call(1, "run", &[]);
@@ -142,6 +152,12 @@ fn a_wheel_and_an_idler_on_a_stiff_roller_are_each_by_itself() {
     let told = folder.call(1, "check", &[]);
     assert!(told.good().out.contains("\n  others.idler "), "the size of the idler: {}", told.out);
     let both = eigenvalues(&folder, "job.h5");
+    assert!(ran.out.contains("contacts of one point each, half-axes "), "{}", ran.out);
+    assert_eq!(read::<f64>(&folder, "job.h5", "stability/point/half_axes").len(), 4);
+    let by_points =
+        |folder: &Folder, law: &str| read::<Complex64>(folder, "job.h5", &format!("stability/point/{law}/eigenvalue"));
+    let laws = ["linear", "shen_hedrick_elkins", "polach", "fastsim"];
+    let points = laws.map(|law| by_points(&folder, law));
     let swept = read::<Complex64>(&folder, "job.h5", "sweep/eigenvalue");
     let offset = read::<i64>(&folder, "job.h5", "sweep/offset").into_iter().map(|k| k as usize).collect::<Vec<_>>();
     let [as_given, twice] = [0, 1].map(|point| &swept[offset[point]..offset[point + 1]]);
@@ -163,18 +179,29 @@ fn a_wheel_and_an_idler_on_a_stiff_roller_are_each_by_itself() {
     job["analyses"]["sweep"] = Value::Null;
     job["bodies"]["others"] = json!({});
     job["contact"]["around"] = json!([]);
-    let mut count = 0;
-    for (body, load, creepage) in [(job["bodies"]["upper"].clone(), 1000.0, 0.01), (idler, 600.0, 0.002)] {
+    let (mut count, mut by_law) = (0, [0; 4]);
+    let first = ["friction", "patch"].map(|key| job["contact"][key].clone());
+    let second = ["friction", "patch"].map(|key| own[key].clone());
+    for (body, load, creepage, [friction, patch]) in
+        [(job["bodies"]["upper"].clone(), 1000.0, 0.01, first), (idler, 600.0, 0.002, second)]
+    {
         job["bodies"]["upper"] = body;
+        (job["contact"]["friction"], job["contact"]["patch"]) = (friction, patch);
         job["contact"]["normal_load"] = json!(load);
         job["contact"]["creepage"]["lateral"] = json!(creepage);
         let alone = Folder::with(job.to_string());
         alone.call(1, "run", &[]).good();
+        for ((law, points), count) in laws.iter().zip(&points).zip(&mut by_law) {
+            let alone = by_points(&alone, law);
+            *count += alone.len();
+            assert!(farthest(&alone, points) < 1e-6, "{load} N by {law}: {:e}", farthest(&alone, points));
+        }
         let alone = eigenvalues(&alone, "job.h5");
         count += alone.len();
         assert!(alone.len() > 3 && farthest(&alone, &both) < 1e-6, "{load} N: {:e}", farthest(&alone, &both));
     }
     assert_eq!(both.len(), count);
+    assert_eq!(points.map(|of_law| of_law.len()), by_law);
 }
 
 /// An idler that has no mode up to the highest frequency adds none to those of the wheel.
@@ -300,8 +327,8 @@ fn what_does_not_stand_around_one_is_refused() {
     placed["contact"]["around"] = json!([{ "angle": 1.0 }]);
     Folder::with(placed.to_string()).refused(1, &[], 2, &["contact.around: takes bodies of revolution"]);
     let mut full = coarse(json!([{ "angle": 1.0 }]));
-    full["analyses"]["stability"]["contact"] = json!("point");
-    let parts = ["analyses.stability.contact: takes one contact; expected a job without contact.around"];
+    full["analyses"]["stability"]["full"] = json!({ "max_frequency": 500 });
+    let parts = ["analyses.stability.full: takes one contact; expected a job without contact.around"];
     Folder::with(full.to_string()).refused(1, &[], 2, &parts);
     let mut moved = coarse(json!([{ "angle": 1.0 }]));
     for (histories, parts) in [

@@ -332,8 +332,27 @@ fn interpolated_places_go_on_after_a_stop() {
     assert_eq!(bits(&open(folder.path("stopped.h5"))), bits(&one), "after a stop");
 }
 
+/// Bodies are interpolated over a part of their profiles: the run itself compares them with those computed.
+#[test]
+fn bodies_are_interpolated_over_their_profiles() {
+    let (mut job, _) = at_places();
+    let inputs = &mut job["analyses"]["uncertainty"]["inputs"];
+    inputs[1]["distribution"] = uniform(-0.0065, -0.0055);
+    inputs[2]["distribution"] = uniform(-0.0105, -0.0095);
+    job["analyses"]["modes"]["max_frequency"] = json!(1200);
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &[]);
+    assert!(ran.good().out.contains("growth rates at 8 computed places differ by up to"), "{}", ran.out);
+    let found = open(folder.path("job.h5"));
+    let interpolated: Vec<i32> =
+        found.dataset("uncertainty/interpolated").and_then(|d| d.read_raw()).expect("interpolated");
+    assert!(interpolated.len() == 96 && interpolated.iter().all(|i| *i == 1));
+    assert!(numbers(&found, "interpolation_error")[0] <= 1e-4 && numbers(&found, "mesh_scatter")[0] <= 1e-3);
+}
+
 /// Growth rates of samples on bodies that are interpolated over their profiles are those of runs of these places alone.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn interpolated_places_are_those_computed() {
     let (mut job, mut keys) = at_places();
     // A law that falls, with a memory.

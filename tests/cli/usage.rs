@@ -48,7 +48,7 @@ fn wrong_usage_is_exit_2() {
 /// Rank command of `mpirun`: a line of the shell, with the program as `$0` and the rank in `$rank`.
 fn ranks_by_shell(ranks: usize, line: &str) -> Ran {
     let line = format!("rank=$OMPI_COMM_WORLD_RANK; {line}");
-    finish(mpirun().args(["-n", &ranks.to_string(), "sh", "-c", &line, PROGRAM]))
+    finish_on(ranks, mpirun().args(["-n", &ranks.to_string(), "sh", "-c", &line, PROGRAM]))
 }
 
 /// `mpirun` ends all ranks when one of them ends with an error, and rank 0, the one that reports, starts a second late.
@@ -98,7 +98,7 @@ fn what_rank_0_alone_finds_ends_all_ranks() {
         let mut launch = mpirun();
         let line = format!("exec \"$0\" {command} \"$1\" --only steady > /dev/full");
         launch.args(["-n", "2", "sh", "-c", &line, PROGRAM, &job]);
-        let ran = finish(&mut launch);
+        let ran = finish_on(2, &mut launch);
         ran.failed(6, &["cannot write to stdout"]);
         assert!(!ran.err.contains("MPI_ABORT"), "{}", ran.err);
     }

@@ -3,7 +3,7 @@
 
 use railsqueal::parallel::World;
 use std::io::Write;
-use std::process::{exit, Command};
+use std::process::{exit, Child, Command, Output, Stdio};
 
 mod bodies;
 #[path = "../cells/mod.rs"]
@@ -80,13 +80,18 @@ const TESTS: &[Test] = &[
     ("stability::inaccurate_pairs_are_refused", stability::inaccurate_pairs_are_refused),
 ];
 
-const CHILD: &str = "RAILSQUEAL_TEST_RANKS";
+/// Number of ranks of each world, and into how many worlds its tests are divided that run at once: single ranks would
+/// leave processors idle.
+const WORLDS: [(usize, usize); 3] = [(1, 2), (2, 1), (3, 1)];
+
+/// Environment variable of a rank under test: which of how many parts of the tests it runs.
+const PART: &str = "RAILSQUEAL_TEST_PART";
 
 fn main() {
     // cargo passes its own flags (--nocapture, --test-threads=…) along; only a bare word is a filter.
     let filter = std::env::args().skip(1).find(|a| !a.starts_with('-')).unwrap_or_default();
-    if std::env::var(CHILD).is_ok() {
-        run_in_world(&filter);
+    if let Ok(part) = std::env::var(PART) {
+        run_in_world(&filter, &part);
         return;
     }
     if std::env::args().any(|a| a == "--list") {
@@ -95,46 +100,59 @@ fn main() {
     }
     let mut failed = 0;
     let selected = TESTS.iter().filter(|(name, _)| name.contains(&filter)).count();
-    for ranks in ["1", "2", "3"] {
-        if selected == 0 {
-            break;
+    for (ranks, parts) in WORLDS.into_iter().filter(|_| selected > 0) {
+        let worlds: Vec<Child> = (0..parts).map(|part| start(ranks, &filter, &format!("{part} {parts}"))).collect();
+        let ended: Vec<Output> =
+            worlds.into_iter().map(|world| world.wait_with_output().expect("the end of a world")).collect();
+        for output in &ended {
+            print!("{}", String::from_utf8_lossy(&output.stdout));
         }
-        let me = std::env::current_exe().expect("path of the test program");
-        let status = Command::new("mpirun")
-            .args(["-n", ranks])
-            .arg(me)
-            .arg(&filter)
-            .env(CHILD, ranks)
-            .env(railsqueal::body::collective_order::CHECK, "1")
-            .env("OPENBLAS_NUM_THREADS", "1")
-            .env("OMPI_MCA_rmaps_base_oversubscribe", "1")
-            .env("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe")
-            // There may be more ranks than processors.
-            .env("OMPI_MCA_mpi_yield_when_idle", "1")
-            .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
-            .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
-            .status()
-            .expect("mpirun must be installed");
-        if !status.success() {
-            println!("test on {ranks} ranks ... FAILED ({status})");
-            failed += 1;
+        let wrong: Vec<_> = ended.iter().filter(|world| !world.status.success()).collect();
+        for world in &wrong {
+            println!("test on {ranks} ranks ... FAILED ({})", world.status);
         }
+        failed += usize::from(!wrong.is_empty());
     }
     let word = if failed == 0 { "ok" } else { "FAILED" };
     println!(
         "\ntest result: {word}. {} passed; {failed} failed; 0 ignored; 0 measured; 0 filtered out",
-        selected * (3 - failed)
+        selected * (WORLDS.len() - failed)
     );
     exit(if failed == 0 { 0 } else { 101 });
 }
 
-/// Runs the tests on all ranks of this world. A panic on one rank aborts the world: the others may wait in a
-/// collective call.
-fn run_in_world(filter: &str) {
+/// Starts a world of this program; what it prints is kept, so that lines of several do not mix.
+fn start(ranks: usize, filter: &str, part: &str) -> Child {
+    let me = std::env::current_exe().expect("path of the test program");
+    Command::new("mpirun")
+        // Worlds at once would be bound to the same processor.
+        .args(["-n", &ranks.to_string(), "--bind-to", "none"])
+        .arg(me)
+        .arg(filter)
+        .env(PART, part)
+        .env(railsqueal::body::collective_order::CHECK, "1")
+        .env("OPENBLAS_NUM_THREADS", "1")
+        .env("OMPI_MCA_rmaps_base_oversubscribe", "1")
+        .env("PRTE_MCA_rmaps_default_mapping_policy", ":oversubscribe")
+        // There may be more ranks than processors.
+        .env("OMPI_MCA_mpi_yield_when_idle", "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT", "1")
+        .env("OMPI_ALLOW_RUN_AS_ROOT_CONFIRM", "1")
+        .stdout(Stdio::piped())
+        .spawn()
+        .expect("mpirun must be installed")
+}
+
+/// Runs the tests of this part ("PART PARTS") on all ranks of this world. A panic on one rank aborts the world: the
+/// others may wait in a collective call.
+fn run_in_world(filter: &str, part: &str) {
+    let [part, parts] = part.split_once(' ').map(|(k, n)| [k, n].map(|n| n.parse::<usize>())).expect("two numbers");
+    let (part, parts) = (part.expect("a number"), parts.expect("a number"));
     let universe = mpi::initialize().expect("MPI starts");
     let world = World::new(mpi::traits::Communicator::duplicate(&universe.world()));
     let watch = watch::Watch::start(world.rank);
-    for (name, test) in TESTS.iter().filter(|(name, _)| name.contains(filter)) {
+    let selected = TESTS.iter().filter(|(name, _)| name.contains(filter));
+    for (name, test) in selected.skip(part).step_by(parts) {
         watch.begins(name);
         if world.is_root() {
             print!("test {name} on {} ranks ... ", world.size);

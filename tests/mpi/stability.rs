@@ -548,14 +548,17 @@ pub fn bodies_that_rotate(world: &World) {
     let upper = DampedBody { body: 1, modal: loss(&omega, 0.002), spin: spin(1, -150.0), ..DampedBody::default() };
     let lower = DampedBody { spin: spin(0, 100.0), ..DampedBody::rayleigh(0, damping) };
     let turned = [lower.clone(), upper];
-    let wanted = Reference::new(world, &bodies, &turned, &contact());
-    let found = judge(world, (&bodies, &turned), &contact(), &wanted, Method::Blocks);
-    // On more ranks than processors SLEPc's way takes a minute.
+    // Each solution is corrected by several steps of all ranks: SLEPc's way takes half a minute on two, and blocks do
+    // on more ranks than processors.
     if world.size < 3 {
-        judge(world, (&bodies, &turned), &contact(), &wanted, Method::Slepc);
+        let wanted = Reference::new(world, &bodies, &turned, &contact());
+        let found = judge(world, (&bodies, &turned), &contact(), &wanted, Method::Blocks);
+        if world.size == 1 {
+            judge(world, (&bodies, &turned), &contact(), &wanted, Method::Slepc);
+        }
+        let corrected: Vec<bool> = found.shifts.iter().map(|s| s.corrected).collect();
+        assert!(corrected.contains(&true) && corrected.contains(&false), "one way only: {:?}", found.shifts);
     }
-    let corrected: Vec<bool> = found.shifts.iter().map(|s| s.corrected).collect();
-    assert!(corrected.contains(&true) && corrected.contains(&false), "one way only: {:?}", found.shifts);
     // Mirror images, of which one stands still.
     compare_blocks(world, &bodies[..1], &[lower, DampedBody::rayleigh(0, damping)], &contact());
 }
