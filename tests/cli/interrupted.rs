@@ -103,8 +103,17 @@ fn unfinished(folder: &Path) -> usize {
 
 #[track_caller]
 pub fn signal(name: &str, process: u32) {
-    let sent = Command::new("kill").args([&format!("-{name}"), &process.to_string()]).status();
-    assert!(sent.expect("kill").success(), "process {process} was over before {name}");
+    use rustix::process::{kill_process, Pid, Signal};
+    let which = match name {
+        "INT" => Signal::INT,
+        "KILL" => Signal::KILL,
+        "STOP" => Signal::STOP,
+        "TERM" => Signal::TERM,
+        "USR1" => Signal::USR1,
+        other => panic!("{other} is no signal of these tests"),
+    };
+    let sent = Pid::from_raw(process as i32).map(|process| kill_process(process, which));
+    assert!(matches!(sent, Some(Ok(()))), "process {process} was over before {name}: {sent:?}");
 }
 
 /// The process of a rank that `mpirun` started.
