@@ -19,13 +19,13 @@ pub(super) const SAMPLES: f64 = 6.0;
 /// Patches are at most this part of the size of the body, whatever the frequency.
 const COARSEST: f64 = 0.03;
 
-/// Radiation of the modes of a body; or of a rail, under forces at the contact.
+/// Radiation of the modes of a body; or of rails, under forces at the contacts.
 pub(super) struct RadiationInput {
     /// Frequencies at which it is known, Hz.
     pub(super) grid: Vec<f64>,
-    /// At these, N·s/m per kg, `[frequencies × m × m]`; of a rail W/N², as [`line::RailRadiators::powers`] has it.
+    /// At these, N·s/m per kg, `[frequencies × m × m]`; of rails W/N², as [`line::RailRadiators::powers`] has it.
     pub(super) resistances: Vec<f64>,
-    /// Matrix of plane waves, `[m × m]`; of a rail as `resistances`.
+    /// Matrix of plane waves, `[m × m]`; of rails as `resistances`.
     pub(super) plane: Vec<f64>,
 }
 
@@ -34,31 +34,54 @@ impl RadiationInput {
     /// rank takes some of the frequencies.
     pub(super) fn new(world: &World, bodies: &BuiltBodies, b: usize, (bands, air): (Bands, Air)) -> Result<Self> {
         if let Some(body) = bodies.unique.get(b) {
-            if let Some(rail) = world.agree(body.infinite(2.0 * PI * bands.highest()))? {
-                return Self::of_rail(world, &rail, (bands, air));
+            let rails = world.agree(body.infinite_rails(2.0 * PI * bands.highest()))?;
+            if !rails.is_empty() {
+                return Self::of_rails(world, &rails, (bands, air));
             }
-            if let Some(modes) = body.outline()? {
-                return Self::of_section(world, modes, (bands, air));
+            let outlines = body.outlines()?;
+            if !outlines.is_empty() {
+                return Self::of_sections(world, &outlines, (bands, air));
             }
         }
         Self::of_mesh(world, bodies, b, (bands, air))
     }
 
-    fn of_rail(world: &World, rail: &Infinite, (bands, air): (Bands, Air)) -> Result<Self> {
-        let radiators = line::RailRadiators::new(rail, air, &bands);
-        let far = world.sum_all(&world.agree(radiators.far(world.rank, world.size))?);
-        let radiators = radiators.complete(&far);
-        let grid = radiators.frequencies(&bands);
-        let some = world.agree(radiators.powers(&grid, world.rank, world.size))?;
-        let [resistances, plane] = some.map(|some| world.sum_all(&some));
-        Ok(Self { grid, resistances, plane })
+    /// Rails far from each other: their powers add up.
+    fn of_rails(world: &World, rails: &[Infinite], (bands, air): (Bands, Air)) -> Result<Self> {
+        let mut all = Vec::new();
+        for rail in rails {
+            let radiators = line::RailRadiators::new(rail, air, &bands);
+            let far = world.sum_all(&world.agree(radiators.far(world.rank, world.size))?);
+            let radiators = radiators.complete(&far);
+            let grid = radiators.frequencies(&bands);
+            let some = world.agree(radiators.powers(&grid, world.rank, world.size))?;
+            all.push((radiators.forces(), grid, some.map(|some| world.sum_all(&some))));
+        }
+        // They depend on the bands alone.
+        let grid = all.first().map(|one| one.1.clone()).unwrap_or_default();
+        let joined = |kind: usize| {
+            let blocks: Vec<(usize, &[f64])> = all.iter().map(|(n, _, powers)| (*n, &powers[kind][..])).collect();
+            diagonal(&blocks)
+        };
+        Ok(Self { resistances: joined(0), plane: joined(1), grid })
     }
 
-    fn of_section(world: &World, modes: &OutlineModes, (bands, air): (Bands, Air)) -> Result<Self> {
-        let radiators = revolved::RevolvedRadiators::new(modes, air);
-        let grid = radiators.frequencies(&bands);
-        let some = world.agree(radiators.resistances(&grid, world.rank, world.size))?;
-        Ok(Self { resistances: world.sum_all(&some), plane: radiators.of_plane_waves(&bands)?, grid })
+    /// Bodies swept from sections, far from each other: their powers add up.
+    fn of_sections(world: &World, sections: &[OutlineModes], (bands, air): (Bands, Air)) -> Result<Self> {
+        let radiators: Vec<_> = sections.iter().map(|modes| revolved::RevolvedRadiators::new(modes, air)).collect();
+        // The largest body needs the most, among which those of all others can be interpolated.
+        let grids = radiators.iter().map(|one| one.frequencies(&bands));
+        let grid = grids.max_by_key(Vec::len).unwrap_or_default();
+        let added = |mut sum: Vec<f64>, more: Vec<f64>| {
+            sum.resize(more.len(), 0.0);
+            sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
+            sum
+        };
+        let some = radiators.iter().map(|one| one.resistances(&grid, world.rank, world.size));
+        let some = world.agree(some.collect::<Result<Vec<_>>>())?.into_iter().fold(Vec::new(), added);
+        let plane = radiators.iter().map(|one| one.of_plane_waves(&bands)).collect::<Result<Vec<_>>>()?;
+        let plane = plane.into_iter().fold(Vec::new(), added);
+        Ok(Self { resistances: world.sum_all(&some), plane, grid })
     }
 
     fn of_mesh(world: &World, bodies: &BuiltBodies, b: usize, (bands, air): (Bands, Air)) -> Result<Self> {
@@ -76,8 +99,26 @@ impl RadiationInput {
     }
 }
 
-/// By what of a sample a body radiates: by the amplitudes of its modes, or, a rail, by the force at the contact. A
-/// sample has the amplitudes of all modes and then the impulse of the force on body 1 (x, y, z).
+/// Square matrices of some blocks `[matrices × n × n]`, each with its n, as blocks along the diagonal of matrices of all.
+fn diagonal(blocks: &[(usize, &[f64])]) -> Vec<f64> {
+    let order: usize = blocks.iter().map(|(n, _)| n).sum();
+    let count = blocks.first().map_or(0, |(n, values)| values.len() / (n * n));
+    let mut all = vec![0.0; count * order * order];
+    for (matrix, to) in all.chunks_exact_mut((order * order).max(1)).enumerate() {
+        let mut first = 0;
+        for (n, values) in blocks {
+            for (k, value) in values[n * n * matrix..n * n * (matrix + 1)].iter().enumerate() {
+                to[first + k % n + order * (first + k / n)] = *value;
+            }
+            first += n;
+        }
+    }
+    all
+}
+
+/// By what of a sample a body radiates: by the amplitudes of its modes, or, rails, by the forces at the contacts. A
+/// sample has the amplitudes of all modes and then, contact after contact, the impulses of the forces on body 1 (x, y,
+/// z).
 #[derive(Debug, Clone)]
 pub(super) struct Channels {
     pub(super) columns: Range<usize>,
@@ -86,14 +127,14 @@ pub(super) struct Channels {
 }
 
 impl Channels {
-    /// Radiation of a body on this side, a rail or not, whose modes are `modes` of `all`.
-    pub(super) fn new(rail: bool, side: Side, (modes, all): (Range<usize>, usize)) -> Self {
-        if !rail {
+    /// Radiation of a body on this side, whose modes are `modes` of `all`; a rail has this number of `contacts`.
+    pub(super) fn new(contacts: Option<usize>, side: Side, (modes, all): (Range<usize>, usize)) -> Self {
+        let Some(contacts) = contacts else {
             return Self { columns: modes, signs: None };
-        }
+        };
         // Into the body is against z of the lower form, and the upper one is pushed by the opposite of the tractions.
         let along = if side == Side::Lower { 1.0 } else { -1.0 };
-        Self { columns: all..all + FORCES, signs: Some([along, along, -1.0]) }
+        Self { columns: all..all + FORCES * contacts, signs: Some([along, along, -1.0]) }
     }
 
     /// Returns whether they are forces.
@@ -103,8 +144,10 @@ impl Channels {
 
     /// Spectra of these columns as the body takes them.
     pub(super) fn own(&self, mut lines: Vec<Vec<Complex64>>) -> Vec<Vec<Complex64>> {
-        for (lines, sign) in lines.iter_mut().zip(self.signs.iter().flatten()) {
-            lines.iter_mut().for_each(|v| *v *= sign);
+        if let Some(signs) = &self.signs {
+            for (lines, sign) in lines.iter_mut().zip(signs.iter().cycle()) {
+                lines.iter_mut().for_each(|v| *v *= sign);
+            }
         }
         lines
     }
@@ -156,12 +199,12 @@ pub struct ModalSound {
 }
 
 impl ModalSound {
-    /// Collective: of the sound that is `wanted` under `key`, of motions in steps of length `step`, s. The `bodies`
-    /// in the places have their mode shapes, and `modes` are those of each that differs.
+    /// Collective: of the sound that is `wanted` under `key`, of motions in steps of length `step`, s, under some
+    /// `contacts`. The `bodies` in the places have their mode shapes, and `modes` are those of each that differs.
     pub fn new(
         world: &World,
         (key, wanted): (&str, &SoundPower),
-        step: f64,
+        (step, contacts): (f64, usize),
         bodies: &BuiltBodies,
         modes: &[TraceModes],
     ) -> Result<Self> {
@@ -174,7 +217,8 @@ impl ModalSound {
             if wanted.bodies.iter().any(|b| b.name() == place.name) {
                 let all = bodies.places.iter().map(|p| count(p.body)).sum();
                 let rail = bodies.unique.get(place.body).is_some_and(|body| body.kind() == Kind::Rail);
-                parts.push((place.name, place.body, Channels::new(rail, place.side, (columns, all))));
+                let contacts = rail.then_some(contacts);
+                parts.push((place.name, place.body, Channels::new(contacts, place.side, (columns, all))));
             }
         }
         let bands = bands_of((key, wanted), bodies, modes)?;
@@ -210,8 +254,8 @@ impl ModalSound {
         self.bands
     }
 
-    /// Power in each third octave, W, `[bodies × bands]`, of modal displacements and impulses of the contact as they
-    /// were to be kept, `[samples][m + 3]`; of none, rest, it is 0. The estimate is that of a transient.
+    /// Power in each third octave, W, `[bodies × bands]`, of modal displacements and impulses of C contacts as they
+    /// were to be kept, `[samples][m + 3C]`; of none, rest, it is 0. The estimate is that of a transient.
     pub fn powers(&self, samples: &[Vec<f64>]) -> Result<Vec<f64>> {
         let bands = self.bands.centres().len();
         if samples.is_empty() {
@@ -246,8 +290,8 @@ impl ModalSound {
     }
 
     /// Power in each third octave, W, `[bodies × bands]`, of a periodic motion of the frequency `f` (Hz): `lines` are
-    /// the complex amplitudes of the modal velocities and of the force on body 1 at its multiples 1, 2, …,
-    /// `[..][m + 3]`.
+    /// the complex amplitudes of the modal velocities and of the forces on body 1 at C contacts at its multiples 1, 2,
+    /// …, `[..][m + 3C]`.
     pub fn powers_of_lines(&self, f: f64, lines: &[Vec<Complex64>]) -> Vec<f64> {
         let of = |(_, channels, radiation): &(&'static str, Channels, Radiation)| {
             // Columns become spectra and back: the signs of forces are those of a column.
@@ -262,5 +306,33 @@ impl ModalSound {
     /// The names of the bodies that are heard.
     pub fn names(&self) -> Vec<&'static str> {
         self.parts.iter().map(|p| p.0).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn blocks_lie_along_the_diagonal_of_each_matrix() {
+        let (one, other) = ([1.0, 2.0], [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0]);
+        let joined = diagonal(&[(1, &one), (2, &other)]);
+        let matrix = |[a, b, c, d, e]: [f64; 5]| [a, 0.0, 0.0, 0.0, b, c, 0.0, d, e];
+        assert_eq!(joined, [matrix([1.0, 3.0, 4.0, 5.0, 6.0]), matrix([2.0, 7.0, 8.0, 9.0, 10.0])].concat());
+    }
+
+    /// A body below takes forces along x and y as they are and that along z into itself; one above takes the opposite
+    /// of the former.
+    #[test]
+    fn each_contact_has_its_forces_as_the_body_takes_them() {
+        let lines: Vec<Vec<Complex64>> = (0..6).map(|k| vec![Complex64::new(f64::from(k), 1.0)]).collect();
+        for (side, signs) in [(Side::Lower, [1.0, 1.0, -1.0]), (Side::Upper, [-1.0, -1.0, -1.0])] {
+            let channels = Channels::new(Some(2), side, (3..5, 9));
+            assert!(channels.columns == (9..15) && channels.are_forces());
+            let own = channels.own(lines.clone());
+            (0..6).for_each(|k| assert_eq!(own[k][0], lines[k][0] * signs[k % 3], "{k}"));
+        }
+        let modes = Channels::new(None, Side::Lower, (3..5, 9));
+        assert!(modes.columns == (3..5) && !modes.are_forces() && modes.own(lines.clone()) == lines);
     }
 }

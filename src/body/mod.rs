@@ -247,16 +247,16 @@ pub trait ElasticBody {
         None
     }
 
-    /// Returns the radiating outline of its modes, after [`ElasticBody::modes`], of a body that is swept from a
-    /// section. An error where the section has no outline that could radiate.
-    fn outline(&self) -> Result<Option<&OutlineModes>> {
-        Ok(None)
+    /// Returns the radiating outlines of its modes, after [`ElasticBody::modes`], of bodies that are swept from
+    /// sections. An error where a section has no outline that could radiate.
+    fn outlines(&self) -> Result<Vec<OutlineModes>> {
+        Ok(Vec::new())
     }
 
-    /// The rail without ends that it stands for, for angular frequencies up to `reach`, rad/s, of a rail: what it
-    /// radiates does not depend on where the piece that is modelled ends.
-    fn infinite(&self, _reach: f64) -> Result<Option<Infinite>> {
-        Ok(None)
+    /// The rails without ends that it stands for, in the order of their contacts, for angular frequencies up to
+    /// `reach`, rad/s, of rails: what they radiate does not depend on where the pieces that are modelled end.
+    fn infinite_rails(&self, _reach: f64) -> Result<Vec<Infinite>> {
+        Ok(Vec::new())
     }
 
     /// Its modes on a mesh that shows them, after [`ElasticBody::modes`], of a body that is swept from a section; the

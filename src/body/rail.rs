@@ -438,18 +438,15 @@ impl ElasticBody for RailOnTrack<'_> {
         self.picture.as_ref()
     }
 
-    fn infinite(&self, reach: f64) -> Result<Option<Infinite>> {
-        let patch = match self.contact.patches()[..] {
-            [] => return Ok(None),
-            [patch] => patch,
-            _ => {
-                return Err(Error::Job(format!(
-                    "bodies.{}: found several contacts on a rail whose sound is asked for, expected one: waves of a \
-                     rail without ends are known under forces at one place; leave the sound of this rail out",
-                    self.name
-                )))
-            }
-        };
+    fn infinite_rails(&self, reach: f64) -> Result<Vec<Infinite>> {
+        let contacts = self.contacts();
+        let tilts = self.against_loads(&contacts);
+        let patches = self.contact.patches().into_iter();
+        let place = |((patch, contact), tilt)| infinite::ForcePlace { patch, contact, tilt };
+        let places: Vec<_> = patches.zip(contacts).zip(tilts).map(place).collect();
+        if places.is_empty() {
+            return Ok(Vec::new());
+        }
         // Pads and sleepers that stand apart are spread evenly.
         let track = RailTrack { sleeper: self.bays.map_or(self.track.sleeper, |b| b.sleeper), ..self.track };
         let making = infinite::InfiniteRailSpec {
@@ -457,11 +454,11 @@ impl ElasticBody for RailOnTrack<'_> {
             material: self.forms.material,
             track: Some(track),
             angle: self.section.contact().angle,
-            tilt: self.tilt,
             loss: self.damping.loss,
-            patch,
+            places,
         };
-        Infinite::new(&making, reach).map(Some).map_err(|e| e.context(format!("bodies.{}: its sound", self.name)))
+        let made = Infinite::new(&making, reach).map_err(|e| e.context(format!("bodies.{}: its sound", self.name)))?;
+        Ok(vec![made])
     }
 
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {

@@ -17,7 +17,7 @@ use super::near_contacts::NearPair;
 use super::rotation::ModalRotation;
 use super::{ElasticBody, Kind, ModeLabel, ProgressFn, TraceModes};
 use crate::parallel::World;
-use crate::swept::{Infinite, LOADS};
+use crate::swept::{Infinite, OrderModes, OutlineModes, LOADS};
 use crate::{Error, Result};
 use faer::Mat;
 use std::collections::BTreeMap;
@@ -226,16 +226,18 @@ impl ElasticBody for SeparateBodies<'_> {
         self.bodies.iter_mut().take(1).for_each(|one| one.body.reuse_modes(found));
     }
 
-    fn infinite(&self, _reach: f64) -> Result<Option<Infinite>> {
-        if self.kind() != Kind::Rail {
-            return Ok(None);
+    fn outlines(&self) -> Result<Vec<OutlineModes>> {
+        let mut all = Vec::new();
+        for (body, one) in self.each().enumerate() {
+            let own: Vec<usize> = (0..self.order.len()).filter(|&k| self.order[k].0 == body).collect();
+            all.extend(one.outlines()?.into_iter().map(|outline| among_all(outline, &own, self.order.len())));
         }
-        Err(Error::Job(format!(
-            "bodies.{}: found {} bodies whose sound is asked for, expected one: waves of a rail without ends are known \
-             under forces at one place; leave the sound of the rails out (sound_power.bodies)",
-            self.name,
-            self.bodies.len()
-        )))
+        Ok(all)
+    }
+
+    fn infinite_rails(&self, reach: f64) -> Result<Vec<Infinite>> {
+        let each = self.each().map(|body| body.infinite_rails(reach)).collect::<Result<Vec<_>>>()?;
+        Ok(each.into_iter().flatten().collect())
     }
 
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {
@@ -251,6 +253,15 @@ impl ElasticBody for SeparateBodies<'_> {
     }
 }
 
+/// An outline whose modes are those with the numbers `own` among all `count` modes.
+fn among_all(outline: OutlineModes, own: &[usize], count: usize) -> OutlineModes {
+    let moved = |mut order: OrderModes| {
+        order.places.iter_mut().flatten().for_each(|place| *place = own[*place]);
+        order
+    };
+    OutlineModes { orders: outline.orders.into_iter().map(moved).collect(), count, ..outline }
+}
+
 /// Pairs of near contacts of bodies one after the other, each with its number of contacts.
 fn joined_pairs<'a>(each: impl Iterator<Item = (&'a [NearPair], usize)>) -> Vec<NearPair> {
     let (mut all, mut first) = (Vec::new(), 0);
@@ -259,4 +270,21 @@ fn joined_pairs<'a>(each: impl Iterator<Item = (&'a [NearPair], usize)>) -> Vec<
         first += contacts;
     }
     all
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::swept::Outline;
+
+    #[test]
+    fn modes_on_an_outline_move_to_their_places_among_all() {
+        let order = |order: usize, places: Vec<Vec<usize>>| OrderModes { order, motion: Mat::zeros(2, 2), places };
+        let outline = Outline { nodes: vec![0], edges: Vec::new() };
+        let alone =
+            OutlineModes { outline, orders: vec![order(0, vec![vec![2]]), order(3, vec![vec![0], vec![1]])], count: 3 };
+        let found = among_all(alone, &[1, 2, 5], 7);
+        let places: Vec<_> = found.orders.iter().map(|of| (of.order, of.places.clone())).collect();
+        assert_eq!((found.count, places), (7, vec![(0, vec![vec![5]]), (3, vec![vec![1], vec![2]])]));
+    }
 }

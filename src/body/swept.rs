@@ -327,8 +327,8 @@ impl ElasticBody for Swept<'_> {
         Kind::Swept
     }
 
-    fn outline(&self) -> Result<Option<&OutlineModes>> {
-        self.outline.as_ref().map(Some).map_err(Error::clone)
+    fn outlines(&self) -> Result<Vec<OutlineModes>> {
+        self.outline.clone().map(|outline| vec![outline])
     }
 
     fn picture(&self) -> Option<&PictureModes> {

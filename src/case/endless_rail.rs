@@ -3,7 +3,7 @@
 use super::rail::{continuous_track, extruded, section, RailContactPosition};
 use crate::fem::ElasticMaterial;
 use crate::job::{self, Job};
-use crate::swept::infinite::{InfiniteRailSpec, TrackSlope};
+use crate::swept::infinite::{ForcePlace, InfiniteRailSpec, TrackSlope};
 use crate::swept::{Infinite, LoadPatch, TrackLayer};
 use crate::{Error, Result};
 use std::f64::consts::PI;
@@ -40,9 +40,8 @@ pub fn endless(job: &Job, reach: f64) -> Result<Option<EndlessRail>> {
                 material,
                 track: Some(continuous_track(&track, mass)),
                 angle,
-                tilt: -angle,
                 loss: track.loss_factor,
-                patch: LoadPatch::Circle { radius: HAMMER },
+                places: vec![ForcePlace::at_contact_point(LoadPatch::Circle { radius: HAMMER }, -angle)],
             };
             let rail = Infinite::new(&making, 2.0 * PI * reach)?;
             Ok(EndlessRail { name, rail, spacing: track.spacing, mass })

@@ -45,7 +45,7 @@ pub(crate) struct CyclePointOutcome {
     pub(crate) cycle: Cycle,
     /// Motion that the next point begins with.
     pub(crate) motion: Option<CycleMotion>,
-    /// Modal displacements of the motion and impulses of the contact for its sound, `[samples][m + 3]`.
+    /// Modal displacements of the motion and impulses of C contacts for its sound, `[samples][m + 3C]`.
     pub(crate) heard: Vec<Vec<f64>>,
 }
 

@@ -144,10 +144,12 @@ pub struct PeriodicSolution {
 }
 
 impl PeriodicSolution {
-    /// Complex amplitudes at the multiples 1, 2, … of the frequency, of the modal velocities and then of the force on
-    /// body 1 at the first contact, `[..][m + 3]`.
+    /// Complex amplitudes at the multiples 1, 2, … of the frequency, of the modal velocities and then of the forces on
+    /// body 1 at each of C contacts, `[..][m + 3C]`.
     pub fn lines(&self) -> Vec<Vec<C>> {
-        let force: Vec<Vec<f64>> = self.contacts[0].force.iter().map(|f| f.to_vec()).collect();
+        let samples = self.contacts.first().map_or(0, |contact| contact.force.len());
+        let at = |n: usize| self.contacts.iter().flat_map(|contact| contact.force[n]).collect();
+        let force: Vec<Vec<f64>> = (0..samples).map(at).collect();
         let base = 2.0 * PI * self.frequency;
         let line = |(k, q): (usize, &Vec<C>)| {
             let rate = C::new(0.0, k as f64 * base);

@@ -1,8 +1,12 @@
-//! A rail without ends under harmonic forces at a point: what each wavenumber moves, by a few motions of the section.
+//! A rail without ends under harmonic forces at its contacts: what each wavenumber moves, by a few motions of the
+//! section.
 //!
 //! With the wavenumber ξ the forces F at x = 0 move the section by u(ξ) e^{−iξx}, (K0 + ξK1 + ξ²K2)(1 + iη) u + (S +
 //! iωC) u − ω²M u = F, and the rail by the integral of that over ξ/2π. V has a factor i, which makes K1 real. The
 //! matrices are projected on the modes of some wavenumbers and on what forces there do at rest.
+//!
+//! Forces at x = x_c move the section by u(ξ) e^{iξx_c}. Those along x have a factor −i, that of V in the work that
+//! they do; the motion under them changes its sign with that of ξ where that under the others does not.
 
 mod along;
 mod supports;
@@ -10,7 +14,7 @@ mod supports;
 pub use supports::TrackSlope;
 
 use super::modes::of_order;
-use super::{rotate_loads, CrossSection, Forms, LineLoad, LoadPatch, Outline, Path, RailTrack, LOADS};
+use super::{rotate_loads, CrossSection, Forms, LineLoad, LoadPatch, Outline, Path, RailTrack, SectionContact, LOADS};
 use crate::dense::symmetric_eigen;
 use crate::fem::ElasticMaterial;
 use crate::{Error, Result};
@@ -30,8 +34,26 @@ const NEW: f64 = 1e-9;
 /// Distance of the wavenumbers at which the waves are known, 1/m.
 const STEP: f64 = 0.5;
 
-/// Forces along (x, y, n into the body) at the contact.
+/// Forces along (x, y, n into the body) at a contact.
 pub const FORCES: usize = 3;
+
+/// Place on a rail at which forces act.
+#[derive(Debug, Clone)]
+pub struct ForcePlace {
+    /// Patch over which they are spread.
+    pub patch: LoadPatch,
+    /// Their place on the section and along the rail.
+    pub contact: SectionContact,
+    /// Angle of the frame of the forces against that of the loads on the section, rad.
+    pub tilt: f64,
+}
+
+impl ForcePlace {
+    /// The contact point of the section, in a frame at the angle `tilt` against that of the section, rad.
+    pub fn at_contact_point(patch: LoadPatch, tilt: f64) -> Self {
+        Self { patch, contact: SectionContact::level(1.0), tilt }
+    }
+}
 
 /// Construction parameters of an infinite rail.
 #[derive(Debug, Clone)]
@@ -44,12 +66,10 @@ pub struct InfiniteRailSpec {
     pub track: Option<RailTrack>,
     /// Angle of the section's frame against the upright one, from y to z, rad.
     pub angle: f64,
-    /// Angle of the contact's frame against that of the section, rad.
-    pub tilt: f64,
     /// Loss factor of the rail.
     pub loss: f64,
-    /// The circle over which the forces are spread.
-    pub patch: LoadPatch,
+    /// Where forces act.
+    pub places: Vec<ForcePlace>,
 }
 
 /// A rail without ends, on q motions of its section.
@@ -65,8 +85,10 @@ pub struct Infinite {
     dashpots: Mat<f64>,
     /// Springs of each layer for a stiffness of 1 N/m².
     units: UnitLayers,
-    /// Coupling of the forces to the motions, `[q, 3]`.
+    /// Coupling of the forces at C places to the motions, `[q, 3C]`.
     loads: Mat<f64>,
+    /// Place of the forces along the rail, m, `[C]`.
+    along: Vec<f64>,
     loss: f64,
     /// Angular frequencies of the waves at the multiples of [`STEP`], rad/s, ascending, without damping.
     waves: Vec<Vec<f64>>,
@@ -75,18 +97,23 @@ pub struct Infinite {
 impl Infinite {
     /// For angular frequencies up to `reach`, rad/s. Errors: not converged.
     pub fn new(making: &InfiniteRailSpec, reach: f64) -> Result<Self> {
-        let InfiniteRailSpec { section, material, track, angle, tilt, loss, patch } = making.clone();
+        let InfiniteRailSpec { section, material, track, angle, loss, places } = making.clone();
         let outline = section.outline(&[])?;
         let bare = section.clone();
         // Orders of this period are wavenumbers.
         let forms = Forms::along(section, material, 2.0 * PI, track.as_ref(), angle)?;
-        let line = LineLoad::new(&forms, patch, 0, 1.0);
-        let forces = line.columns(forms.order());
+        let line = |place: &ForcePlace| LineLoad::for_contact(&forms, place.patch, 0, &place.contact);
+        let lines: Vec<LineLoad> = places.iter().map(line).collect();
+        let mut forces = Mat::zeros(forms.order(), FORCES * lines.len());
+        for (c, line) in lines.iter().enumerate() {
+            let columns = line.columns(forms.order());
+            forces.as_mut().subcols_mut(FORCES * c, FORCES).copy_from(columns.as_ref().subcols(0, FORCES));
+        }
         let mut taken: Vec<Mat<f64>> = Vec::new();
         for n in TAKEN {
             taken.push(of_order(&forms, n, BEYOND * reach)?.vectors);
             let rest = forms.factor(n, forms.shift())?.positive("K − σM of a section")?;
-            taken.push(rest.solve(forces.as_ref().subcols(0, FORCES)));
+            taken.push(rest.solve(forces.as_ref()));
         }
         let basis = independent(&forms, &taken)?;
         let projected =
@@ -109,8 +136,8 @@ impl Infinite {
             None => UnitLayers::default(),
         };
         let zero = &at[0] - &springs;
-        let means = |k: usize| -> [f64; LOADS] { rotate_loads(line.means(basis.col(k)), tilt) };
-        let seen: Vec<[f64; LOADS]> = (0..q).map(means).collect();
+        let means = |k: usize, c: usize| -> [f64; LOADS] { rotate_loads(lines[c].means(basis.col(k)), places[c].tilt) };
+        let seen = Mat::from_fn(q, FORCES * lines.len(), |k, j| means(k, j / FORCES)[j % FORCES]);
         let motion = Mat::from_fn(2 * outline.nodes.len(), q, |i, j| {
             forms.amplitude(outline.nodes[i / 2]).map_or(0.0, |first| basis[(first + 2 * (i % 2), j)])
         });
@@ -121,7 +148,8 @@ impl Infinite {
             springs,
             dashpots,
             units,
-            loads: Mat::from_fn(q, FORCES, |i, c| seen[i][c]),
+            loads: seen,
+            along: places.iter().map(|place| place.contact.along()).collect(),
             loss,
             waves: Vec::new(),
         };
@@ -140,9 +168,14 @@ impl Infinite {
         self.motion.as_ref()
     }
 
-    /// Coupling of the forces to the motions, which is what the contact sees of them, `[q, 3]`.
+    /// Coupling of the forces to the motions, which is what the contacts see of them, `[q, 3C]`.
     pub fn loads(&self) -> MatRef<'_, f64> {
         self.loads.as_ref()
+    }
+
+    /// Place of the forces along the rail, m, `[C]`.
+    pub fn along_of_forces(&self) -> &[f64] {
+        &self.along
     }
 
     /// Wavenumber beyond which nothing that radiates or travels has to be known, 1/m.
@@ -181,9 +214,9 @@ impl Infinite {
         found
     }
 
-    /// Motions under a unit force each, along (x, y, n into the body), at the angular frequency `omega`, rad/s, of
-    /// the wavenumber `xi`, 1/m; `[q, 3]`, so that the integral of what they move over xi/2π is a displacement, m/N.
-    /// e^{+iωt}.
+    /// Motions under a unit force each at x = 0, along (x, y, n into the body) of each place, at the angular frequency
+    /// `omega`, rad/s, of the wavenumber `xi`, 1/m; `[q, 3C]`, so that the integral of what they move over xi/2π is a
+    /// displacement, m/N. e^{+iωt}. Those under forces along x are without their factor −i.
     pub fn response(&self, omega: f64, xi: f64) -> Mat<Complex64> {
         let [zero, one, two] = &self.elastic;
         let q = self.loads.nrows();
@@ -193,7 +226,7 @@ impl Infinite {
             let real = rail + self.springs[(i, j)] - inertia;
             Complex64::new(real, self.loss * rail + omega * self.dashpots[(i, j)])
         });
-        let right = Mat::from_fn(q, FORCES, |i, c| Complex64::new(self.loads[(i, c)], 0.0));
+        let right = Mat::from_fn(q, self.loads.ncols(), |i, c| Complex64::new(self.loads[(i, c)], 0.0));
         matrix.partial_piv_lu().solve(&right)
     }
 }

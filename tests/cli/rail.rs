@@ -145,6 +145,43 @@ fn rails_are_heard_alike_in_parts_and_on_ranks() {
     rail_under_squeal(true);
 }
 
+/// Wheel and rail under two contacts, and a wheelset on both rails, are heard; in parts and on two ranks alike.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn rails_are_heard_under_all_contacts() {
+    for (name, modes) in [("flange.json", 1100), ("wheelset-both-wheels.json", 500)] {
+        let mut curve = job(name);
+        curve["analyses"] = json!({
+            "modes": { "max_frequency": modes },
+            "transient": {
+                "duration": 0.02, "step": 5e-5, "segment": 100,
+                "start": { "state": "steady", "random": { "seed": 3, "energy": 1e-3 } },
+                "sound_power": { "min_frequency": 250, "max_frequency": 450, "from": 2e-3 }
+            }
+        });
+        curve["output"] = json!({ "fields": false });
+        let folder = Folder::with(curve.to_string());
+        folder.call(1, "run", &["--output", &folder.text("one.h5")]).good();
+        let all = |name: &str| {
+            ["lower/power", "lower/density", "upper/power"].map(|n| {
+                let file = hdf5::File::open(folder.path(name)).expect("result file");
+                let found = file.dataset(&format!("transient/sound_power/{n}")).and_then(|d| d.read_raw::<f64>());
+                found.unwrap_or_else(|e| panic!("{n}: {e}"))
+            })
+        };
+        let one = all("one.h5");
+        assert!(one.iter().flatten().all(|p| *p > 0.0 && p.is_finite()), "{name}: {one:?}");
+        let two = folder.text("two.h5");
+        folder.call(1, "run", &["--output", &two, "--wall-time", "0.01"]).failed(5, &["--resume"]);
+        folder.call(1, "run", &["--resume", &two]).good();
+        assert_eq!(one, all("two.h5"), "{name}");
+        folder.call(2, "run", &["--output", &two, "--force"]).good();
+        for (one, two) in one.iter().flatten().zip(all("two.h5").iter().flatten()) {
+            assert!((one - two).abs() < 1e-3 * one, "{name}: {one} on one rank, {two} on two");
+        }
+    }
+}
+
 fn rail_under_squeal(in_parts: bool) {
     let mut squeal = job("wheel-on-rail-squeal.json");
     squeal["analyses"] = json!({

@@ -263,7 +263,8 @@ fn a_small_motion_of_a_rig_grows_as_its_eigenvalue_says() {
     }
 }
 
-/// The limit cycle of a wheel on a stiff roller, beside another wheel that is quiet, is that of the wheel alone.
+/// The limit cycle of a wheel on a stiff roller, beside another wheel that is quiet, is that of the wheel alone, and as
+/// loud.
 #[test]
 fn the_limit_cycle_beside_a_quiet_wheel_is_that_of_one() {
     let mut job = coarse(json!([{ "angle": 2.0, "creepage": { "lateral": 0.0002 } }]));
@@ -274,10 +275,13 @@ fn the_limit_cycle_beside_a_quiet_wheel_is_that_of_one() {
         "stability": {},
         "sweep": {
             "keys": { "contact.friction.exponential.kinetic": [0.3] },
-            "cycles": { "duration": 2.0, "settled": 0.01, "step": 2e-5, "branches": ["mode"] }
+            "cycles": {
+                "duration": 2.0, "settled": 0.01, "step": 2e-5, "branches": ["mode"],
+                "sound_power": { "min_frequency": 400, "bodies": ["upper"] }
+            }
         }
     });
-    let found = |job: &Value| -> [f64; 3] {
+    let found = |job: &Value| -> [f64; 4] {
         let folder = Folder::with(job.to_string());
         folder.call(1, "run", &[]).good();
         assert_eq!(read::<i8>(&folder, "job.h5", "sweep/cycles/fate"), [1]);
@@ -286,6 +290,7 @@ fn the_limit_cycle_beside_a_quiet_wheel_is_that_of_one() {
             read(&folder, "job.h5", "sweep/cycles/frequency")[0],
             read(&folder, "job.h5", "sweep/cycles/kinetic")[0],
             force[1],
+            read(&folder, "job.h5", "sweep/cycles/sound_power/upper/total_level")[0],
         ]
     };
     let both = found(&job);
@@ -293,6 +298,7 @@ fn the_limit_cycle_beside_a_quiet_wheel_is_that_of_one() {
     let alone = found(&job);
     let near = |k: usize, part: f64| (both[k] / alone[k] - 1.0).abs() < part;
     assert!(near(0, 1e-5) && near(1, 0.02) && near(2, 1e-3), "{both:?} and {alone:?}");
+    assert!(both[3] > 60.0 && (both[3] - alone[3]).abs() < 0.1, "{both:?} and {alone:?}");
 }
 
 /// Bodies that cannot stand around one are refused by their key.

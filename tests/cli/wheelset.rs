@@ -226,7 +226,6 @@ fn mistakes_about_both_wheels_are_told() {
         &[
             "stability.full: takes one contact; expected contact.wheels = \"one\", or a job with modes",
             "analyses.cycles: the wheelset turns about its axle without stiffness",
-            "analyses.cycles.sound_power.bodies: the sound of a rail is that under one contact",
             "found running circles 1.54 m apart",
             "contact.placement.touch_near: names one place",
         ],

@@ -89,7 +89,7 @@ fn ask(world: &World, body: &mut dyn ElasticBody, modes: bool) -> Given {
     let kind = body.kind();
     assert_eq!(kind.can(Capability::Fields), body.fields().is_some(), "{name}: fields");
     assert_eq!(kind.can(Capability::Fields), body.fields_mut().is_some(), "{name}: fields");
-    let surface = body.fields().is_some() || matches!(body.outline(), Ok(Some(_)));
+    let surface = body.fields().is_some() || matches!(body.outlines(), Ok(all) if !all.is_empty());
     assert_eq!(kind.can(Capability::Surface), surface, "{name}: surface");
     assert_eq!(kind.can(Capability::FullSystem), body.full_system().is_some(), "{name}: matrices");
     assert_eq!(kind.can(Capability::Modes), modes, "{name}: modes");

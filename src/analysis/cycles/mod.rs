@@ -105,7 +105,8 @@ pub fn run(
     let sounding = match &wanted.sound_power {
         Some(sound) => {
             run.progress.stage("radiation of sound");
-            Some(ModalSound::new(world, (SOUND, sound), wanted.march.step, bodies, modes)?)
+            let motions = (wanted.march.step, pair.0.patches.len());
+            Some(ModalSound::new(world, (SOUND, sound), motions, bodies, modes)?)
         }
         None => None,
     };

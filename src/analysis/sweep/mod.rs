@@ -190,7 +190,8 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
                 (Some((cycles, sound)), Some(sources)) if unstable => {
                     run.progress.stage("radiation of sound");
                     let (bodies, modes) = sources.get();
-                    Some(ModalSound::new(world, (SOUND, sound), cycles.step, bodies, modes)?)
+                    let motions = (cycles.step, model.interface.patches.len());
+                    Some(ModalSound::new(world, (SOUND, sound), motions, bodies, modes)?)
                 }
                 _ => None,
             };

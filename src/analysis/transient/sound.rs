@@ -6,7 +6,7 @@ use crate::analysis::run::Run;
 use crate::body::Side;
 use crate::case::rail::extruded;
 use crate::job::{self, Job, SoundPower};
-use crate::output::datasets::record::SOUND;
+use crate::output::datasets::record::{group, SOUND};
 use crate::output::{Entry, Segments, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
@@ -29,6 +29,8 @@ pub struct Sound<'a> {
     stride: u64,
     /// Time between them, s.
     interval: f64,
+    /// Number of contacts.
+    contacts: usize,
     /// The radiation of the bodies' modes, by their index in `BuiltBodies::unique`; on rank 0.
     given: BTreeMap<usize, RadiationInput>,
 }
@@ -62,10 +64,10 @@ fn begin(wanted: &job::Transient, sound: &SoundPower) -> f64 {
 
 impl<'a> Sound<'a> {
     /// How often the amplitudes are needed in a run with the time step `step` (s), without the radiation.
-    fn of(wanted: &'a SoundPower, bands: Bands, step: f64) -> Self {
+    fn of(wanted: &'a SoundPower, bands: Bands, (step, contacts): (f64, usize)) -> Self {
         let stride = radiation::stride(bands, step);
         let interval = stride as f64 * step;
-        Self { wanted, bands, air: radiation::air(wanted), stride, interval, given: BTreeMap::new() }
+        Self { wanted, bands, air: radiation::air(wanted), stride, interval, contacts, given: BTreeMap::new() }
     }
 
     /// Collective: the bands that the modes allow, how often the amplitudes are needed, and how the modes radiate. A
@@ -81,7 +83,9 @@ impl<'a> Sound<'a> {
         let places = inputs.places.iter().filter(|p| wanted.bodies.iter().any(|&b| b.name() == p.0));
         let highest = |b: usize| inputs.modes[b].omega.last().map_or(0.0, |w| w / (2.0 * PI));
         let reach = places.map(|p| highest(p.1)).fold(f64::INFINITY, f64::min);
-        let mut sound = Self::of(wanted, bands_within(KEY, wanted, reach)?, inputs.wanted.step);
+        let contacts = inputs.model.on_root().map_or(0, |root| root.interface.patches.len() as u64);
+        let contacts = world.broadcast(vec![contacts])[0] as usize;
+        let mut sound = Self::of(wanted, bands_within(KEY, wanted, reach)?, (inputs.wanted.step, contacts));
         progress.stage("radiation of sound");
         match inputs.options.resume {
             true => drop(world.on_root(|| sound.restore(inputs))?),
@@ -131,7 +135,7 @@ impl<'a> Sound<'a> {
             let (grid, resistances, plane) = (list("frequency")?, list("resistance")?, list("plane")?);
             // A run that is continued has no bodies.
             let rail = inputs.places.iter().any(|p| p.1 == b && is_rail(inputs.job, p.0));
-            let m = if rail { FORCES } else { inputs.modes[b].omega.len() };
+            let m = if rail { FORCES * self.contacts } else { inputs.modes[b].omega.len() };
             // What forces radiate has a phase between them, and depends on the frequency even where each radiates as
             // a plane wave.
             let (each, planes) = if rail { (2 * m * m, grid.len()) } else { (m * m, 1) };
@@ -162,7 +166,8 @@ impl<'a> Sound<'a> {
         for &(name, body) in inputs.places {
             let m = inputs.modes[body].omega.len();
             let side = Side::named(name).ok_or_else(|| Error::Defect(format!("no side is called {name}")))?;
-            let channels = Channels::new(is_rail(inputs.job, name), side, (first..first + m, all));
+            let contacts = is_rail(inputs.job, name).then_some(self.contacts);
+            let channels = Channels::new(contacts, side, (first..first + m, all));
             if let Some(given) = self.given.get(&body) {
                 radiation.insert(body, given.within(channels.columns.len(), self.bands));
             }
@@ -213,8 +218,8 @@ impl<'a> Sound<'a> {
     }
 
     /// On rank 0: hands the spectra of the modal velocities of each piece of the record to `take`, and those of the
-    /// contact force on body 1 (x, y, z) where the length of a step, s, is given; returns the number of pieces. One
-    /// piece is in memory.
+    /// forces on body 1 (x, y, z) of each contact where the length of a step, s, is given; returns the number of
+    /// pieces. One piece is in memory.
     fn spectra(
         &self,
         (from, forces): (f64, Option<f64>),
@@ -235,9 +240,14 @@ impl<'a> Sound<'a> {
             if forces.is_none() || !segment.has("/transient/force") {
                 return Ok((Vec::new(), Vec::new()));
             }
-            Ok((segment.numbers("/transient/time")?.1, segment.numbers("/transient/force")?.1))
+            let of = |contact: usize| segment.numbers(&format!("{}/force", group(contact))).map(|(_, values)| values);
+            let each = (0..self.contacts).map(of).collect::<Result<Vec<_>>>()?;
+            let time = segment.numbers("/transient/time")?.1;
+            let step = |k: usize| each.iter().flat_map(move |of| of[FORCES * k..FORCES * (k + 1)].to_vec());
+            let rows = (0..time.len()).flat_map(step).collect();
+            Ok((time, rows))
         };
-        let mut impulse = Impulse::default();
+        let mut impulse = Impulse::new(FORCES * self.contacts);
         let wanted = |t: f64| t >= from - 1e-9 * self.interval;
         let mut rows = 0;
         for entry in segments.entries() {
@@ -254,7 +264,7 @@ impl<'a> Sound<'a> {
             let (times, values) = rows_of(&entry)?;
             let modes = values.len() / times.len().max(1);
             let (steps, force) = steps_of(&entry)?;
-            let mut steps = steps.into_iter().zip(force.chunks_exact(FORCES)).peekable();
+            let mut steps = steps.into_iter().zip(force.chunks_exact(FORCES * self.contacts)).peekable();
             for (&t, q) in times.iter().zip(values.chunks_exact(modes.max(1))) {
                 let length = forces.unwrap_or(0.0);
                 while let Some((_, force)) = steps.next_if(|(at, _)| *at <= t + 0.5 * length) {
@@ -263,7 +273,8 @@ impl<'a> Sound<'a> {
                 if !wanted(t) {
                     continue;
                 }
-                let q: Vec<f64> = q.iter().copied().chain(forces.iter().flat_map(|_| impulse.sum)).collect();
+                let impulses = forces.iter().flat_map(|_| impulse.sum.iter().copied());
+                let q: Vec<f64> = q.iter().copied().chain(impulses).collect();
                 let m = q.len();
                 if let Some((before, p)) = &last {
                     if (t - before - self.interval).abs() > 1e-3 * self.interval {
@@ -325,18 +336,25 @@ impl<'a> Sound<'a> {
     }
 }
 
-/// The impulse of a force beside its first value, which would drown what varies, N·s.
-#[derive(Debug, Default)]
+/// Impulses of forces beside their first values, which would drown what varies, N·s.
+#[derive(Debug)]
 struct Impulse {
-    first: Option<[f64; FORCES]>,
-    sum: [f64; FORCES],
+    first: Option<Vec<f64>>,
+    sum: Vec<f64>,
 }
 
 impl Impulse {
+    /// Of so many components.
+    fn new(components: usize) -> Self {
+        Self { first: None, sum: vec![0.0; components] }
+    }
+
     /// Another step of so many s.
     fn add(&mut self, force: &[f64], step: f64) {
-        let first = *self.first.get_or_insert_with(|| std::array::from_fn(|c| force[c]));
-        (0..FORCES).for_each(|c| self.sum[c] += step * (force[c] - first[c]));
+        let first = self.first.get_or_insert_with(|| force.to_vec());
+        for ((sum, force), first) in self.sum.iter_mut().zip(force).zip(first) {
+            *sum += step * (force - *first);
+        }
     }
 }
 

@@ -2,7 +2,7 @@
 //! bodies around one.
 
 use super::super::model::*;
-use super::super::transient::{BodyName, TransientModel};
+use super::super::transient::TransientModel;
 use std::f64::consts::{PI, TAU};
 
 /// By how much a job may miss the distance of the running circles of its wheelset, m.
@@ -114,19 +114,6 @@ pub fn check_around(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
             "bodies.{key}.modes.measured: names modes of one body, and contact.around has several; leave one of the \
              two out"
         ));
-    }
-    let swept = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
-    for (name, given) in [
-        ("transient", job.analyses.transient.as_ref().is_some_and(|t| t.sound_power.is_some())),
-        ("cycles", job.analyses.cycles.as_ref().is_some_and(|c| c.sound_power.is_some())),
-        ("sweep.cycles", swept.is_some_and(|c| c.sound_power.is_some())),
-    ] {
-        if given {
-            faults.push(format!(
-                "analyses.{name}.sound_power: the sound of several bodies around one is not known; leave it or \
-                 contact.around out"
-            ));
-        }
     }
     let several = SeveralContacts { cause: "contact.around".into(), without: "a job without contact.around".into() };
     check_analyses(job, contact, &several, faults);
@@ -299,19 +286,6 @@ fn check_analyses(job: &Job, contact: &Contact, several: &SeveralContacts, fault
             "analyses.{name}: the wheelset turns about its axle without stiffness, so that the mean of this motion \
              does not follow from the forces; expected contact.wheels = \"one\" and a wheel whose bore is fixed"
         ));
-    }
-    let heard = [
-        ("transient", analyses.transient.as_ref().and_then(|t| t.sound_power.as_ref())),
-        ("cycles", analyses.cycles.as_ref().and_then(|c| c.sound_power.as_ref())),
-        ("sweep.cycles", swept.and_then(|c| c.sound_power.as_ref())),
-    ];
-    for (name, sound) in heard {
-        if sound.is_some_and(|s| s.bodies.contains(&BodyName::Lower)) {
-            faults.push(format!(
-                "analyses.{name}.sound_power.bodies: the sound of a rail is that under one contact; expected \
-                 [\"upper\"], the sound of the wheel alone, or {without}"
-            ));
-        }
     }
     if analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
         faults.push(format!(

@@ -22,48 +22,48 @@ const MOST: usize = 600;
 const LEAST: f64 = 1e-9;
 
 /// An interval with what is known of it.
-struct Interval<const N: usize> {
+struct Interval {
     ends: [f64; 2],
-    sum: [f64; N],
-    error: [f64; N],
+    sum: Vec<f64>,
+    error: Vec<f64>,
 }
 
-fn estimate<const N: usize>(ends: [f64; 2], of: &mut impl FnMut(f64) -> [f64; N]) -> Interval<N> {
+fn estimate(ends: [f64; 2], count: usize, of: &mut impl FnMut(f64) -> Vec<f64>) -> Interval {
     let (middle, half) = (0.5 * (ends[0] + ends[1]), 0.5 * (ends[1] - ends[0]));
-    let (mut sum, mut coarse) = ([0.0; N], [0.0; N]);
+    let (mut sum, mut coarse) = (vec![0.0; count], vec![0.0; count]);
     for (k, (x, weight)) in KRONROD.iter().enumerate() {
         let signs: &[f64] = if k == 0 { &[1.0] } else { &[-1.0, 1.0] };
         for sign in signs {
             let value = of(middle + sign * half * x);
-            for c in 0..N {
-                sum[c] += half * weight * value[c];
+            for (c, value) in value.into_iter().enumerate() {
+                sum[c] += half * weight * value;
                 if k % 2 == 0 {
-                    coarse[c] += half * GAUSS[k / 2] * value[c];
+                    coarse[c] += half * GAUSS[k / 2] * value;
                 }
             }
         }
     }
-    let error = std::array::from_fn(|c| (sum[c] - coarse[c]).abs());
+    let error = sum.iter().zip(&coarse).map(|(sum, coarse)| (sum - coarse).abs()).collect();
     Interval { ends, sum, error }
 }
 
-/// ∫ of N functions from the first to the last of `breaks`, ascending, between which they are smooth: those that
+/// ∫ of `count` functions from the first to the last of `breaks`, ascending, between which they are smooth: those that
 /// `judged` names are right to `accuracy` of themselves. Errors: not converged.
-pub fn integral<const N: usize>(
+pub fn integral(
     breaks: &[f64],
-    judged: &[usize],
+    (count, judged): (usize, &[usize]),
     accuracy: f64,
-    mut of: impl FnMut(f64) -> [f64; N],
-) -> Result<[f64; N]> {
-    let mut all: Vec<Interval<N>> = breaks.windows(2).map(|w| estimate([w[0], w[1]], &mut of)).collect();
+    mut of: impl FnMut(f64) -> Vec<f64>,
+) -> Result<Vec<f64>> {
+    let mut all: Vec<Interval> = breaks.windows(2).map(|w| estimate([w[0], w[1]], count, &mut of)).collect();
     loop {
-        let total = |part: fn(&Interval<N>) -> &[f64; N], c: usize| all.iter().map(|i| part(i)[c]).sum::<f64>();
+        let total = |part: fn(&Interval) -> &[f64], c: usize| all.iter().map(|i| part(i)[c]).sum::<f64>();
         let size = |c: usize| total(|i| &i.sum, c).abs().max(f64::MIN_POSITIVE);
         if judged.iter().all(|&c| total(|i| &i.error, c) <= accuracy * size(c)) {
-            return Ok(std::array::from_fn(|c| total(|i| &i.sum, c)));
+            return Ok((0..count).map(|c| total(|i| &i.sum, c)).collect());
         }
         let sizes: Vec<f64> = judged.iter().map(|&c| size(c)).collect();
-        let share = |i: &Interval<N>| judged.iter().zip(&sizes).map(|(&c, s)| i.error[c] / s).fold(0.0, f64::max);
+        let share = |i: &Interval| judged.iter().zip(&sizes).map(|(&c, s)| i.error[c] / s).fold(0.0, f64::max);
         let worst = (0..all.len()).max_by(|&a, &b| share(&all[a]).total_cmp(&share(&all[b])));
         let whole = breaks.last().zip(breaks.first()).map_or(0.0, |(b, a)| b - a);
         let wide = |i: &usize| all[*i].ends[1] - all[*i].ends[0] > LEAST * whole;
@@ -75,8 +75,8 @@ pub fn integral<const N: usize>(
         };
         let [a, b] = all.swap_remove(worst).ends;
         let middle = 0.5 * (a + b);
-        all.push(estimate([a, middle], &mut of));
-        all.push(estimate([middle, b], &mut of));
+        all.push(estimate([a, middle], count, &mut of));
+        all.push(estimate([middle, b], count, &mut of));
     }
 }
 
@@ -88,16 +88,16 @@ mod tests {
     #[test]
     fn peaks_are_found_and_integrated() {
         let width = 1e-3;
-        let of = |x: f64| [1.0 / ((x - 0.4) * (x - 0.4) + width * width), x.sqrt(), x.powi(13)];
-        let found = integral(&[0.0, 0.39, 1.0], &[0, 1], 1e-6, of).unwrap();
+        let of = |x: f64| vec![1.0 / ((x - 0.4) * (x - 0.4) + width * width), x.sqrt(), x.powi(13)];
+        let found = integral(&[0.0, 0.39, 1.0], (3, &[0, 1]), 1e-6, of).unwrap();
         let peak = ((0.6_f64 / width).atan() + (0.4_f64 / width).atan()) / width;
         for (found, wanted, good) in
             [(found[0], peak, 1e-9), (found[1], 2.0 / 3.0, 1e-6), (found[2], 1.0 / 14.0, 1e-14)]
         {
             assert!((found / wanted - 1.0).abs() < good, "{found} for {wanted}");
         }
-        let swinging = integral(&[0.0, 1.0], &[0], 1e-6, |x: f64| [(1.0 / x).sin() / x]);
-        let pole = integral(&[0.0, 0.3, 1.0], &[0], 1e-2, |x: f64| [1.0 / ((x - 0.31) * (x - 0.31))]);
+        let swinging = integral(&[0.0, 1.0], (1, &[0]), 1e-6, |x: f64| vec![(1.0 / x).sin() / x]);
+        let pole = integral(&[0.0, 0.3, 1.0], (1, &[0]), 1e-2, |x: f64| vec![1.0 / ((x - 0.31) * (x - 0.31))]);
         for never in [swinging, pole] {
             assert!(never.as_ref().is_err_and(|e| e.message().contains("has not come to")), "{never:?}");
         }

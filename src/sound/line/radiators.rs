@@ -1,4 +1,13 @@
-//! How an infinite rail radiates under forces at its contact.
+//! How an infinite rail radiates under forces at its contacts.
+//!
+//! The motions under the forces i and j, along x or across the rail, are a_i(ξ) e^{iξx_i} times −i for forces along x.
+//! Those of −ξ are the same but for the sign of what forces along x move. So both together radiate, with the power
+//! P_ij(ξ) of the velocities iωa_i and iωa_j at one of them,
+//!
+//! ```text
+//! 2 P_ij cos ξ(x_j − x_i)     both along x, or both across;
+//! −2 P_ij sin ξ(x_j − x_i)    i along x, j across;     +2 P_ij sin ξ(x_j − x_i)     i across, j along x.
+//! ```
 
 use super::adaptive::integral;
 use super::plane::{directions, far, pressures};
@@ -8,6 +17,7 @@ use crate::swept::{Infinite, FORCES};
 use crate::{Error, Result};
 use faer::Mat;
 use num_complex::Complex64;
+use std::cmp::Ordering;
 use std::f64::consts::PI;
 
 /// Panels are at most this part of the wave length, and of the largest distance from the middle.
@@ -27,12 +37,6 @@ const PARTS: usize = 6;
 /// Waves up to this wavenumber count in what plane waves would radiate, 1/m: all that travel do, and what a force
 /// alone does to the section beside it is not seen from the air.
 const SEEN: f64 = 60.0;
-
-/// Quantities of radiation per metre: (xx, yy, nn) and (Re yn, Im yn), in free air and as plane waves. Forces along x
-/// make motions that are odd where those of the others are even: they do not interact.
-const KINDS: usize = 5;
-/// Quantities by which convergence is judged: the powers of each force alone.
-const JUDGED: [usize; 6] = [0, 1, 2, 5, 6, 7];
 
 /// A rail in air.
 pub struct RailRadiators<'a> {
@@ -140,39 +144,51 @@ impl<'a> RailRadiators<'a> {
         all
     }
 
+    /// Number of forces, three at each of C contacts.
+    pub fn forces(&self) -> usize {
+        self.rail.loads().ncols()
+    }
+
     /// Powers of unit forces at the frequencies of `grid` (Hz), W/N², real parts and then imaginary ones,
-    /// `[frequencies × 2 × 3 × 3]`, and those of plane waves in the same way: the mean power is ½ FᴴGF of complex
+    /// `[frequencies × 2 × 3C × 3C]`, and those of plane waves in the same way: the mean power is ½ FᴴGF of complex
     /// amplitudes F. Those of part `part` of `parts`, 0 elsewhere.
     pub fn powers(&self, grid: &[f64], part: usize, parts: usize) -> Result<[Vec<f64>; 2]> {
-        const EACH: usize = 2 * FORCES * FORCES;
-        let mut all = [0, 1].map(|_| vec![0.0; EACH * grid.len()]);
+        let each = 2 * self.forces().pow(2);
+        let mut all = [0, 1].map(|_| vec![0.0; each * grid.len()]);
         for (g, &f) in grid.iter().enumerate().filter(|(g, _)| g % parts == part) {
             for (to, found) in all.iter_mut().zip(self.at(f)?) {
-                let numbers = matrix(found).into_iter().flat_map(|v| v.map(|v| v.re));
-                let imaginary = matrix(found).into_iter().flat_map(|v| v.map(|v| v.im));
-                to[EACH * g..EACH * (g + 1)].iter_mut().zip(numbers.chain(imaginary)).for_each(|(to, v)| *to = v);
+                let columns = || found.col_iter().flat_map(|c| c.iter());
+                let numbers = columns().map(|v| v.re).chain(columns().map(|v| v.im));
+                to[each * g..each * (g + 1)].iter_mut().zip(numbers).for_each(|(to, v)| *to = v);
             }
         }
         Ok(all)
     }
 
-    /// At the frequency `f`, Hz: in free air, and as plane waves. Errors: not converged, as without damping.
-    fn at(&self, f: f64) -> Result<[[f64; KINDS]; 2]> {
+    /// G at the frequency `f`, Hz, `[3C, 3C]`: in free air, and of plane waves. Errors: not converged, as without
+    /// damping.
+    fn at(&self, f: f64) -> Result<[Mat<Complex64>; 2]> {
         let (omega, k) = (2.0 * PI * f, self.air.wave_number(f));
         let travelling = self.rail.travelling(omega);
         // ½ ωρ/(8π) ∫|D|² dθ of velocities iωu; the integral over ξ/2π is twice that over half of it.
         let radiated = omega.powi(3) * self.air.density / (8.0 * PI) * 2.0 * PI / self.count as f64 / PI;
         let plane = self.air.density * self.air.speed * omega * omega / PI;
-        let of = |xi: f64, kappa: Option<f64>| -> [f64; 2 * KINDS] {
+        let n = self.forces();
+        // Convergence is judged by the powers of each force alone, in free air and of plane waves.
+        let alone: Vec<usize> = (0..n).map(|i| packed(n, i, i)).collect();
+        let plane_alone: Vec<usize> = alone.iter().map(|k| n * n + k).collect();
+        let of = |xi: f64, kappa: Option<f64>| -> Vec<f64> {
             let motion = self.rail.response(omega, xi);
-            let mut all = [0.0; 2 * KINDS];
-            if let Some(kappa) = kappa {
-                let d = self.far_at(kappa) * &motion;
-                all[..KINDS].copy_from_slice(&products(&d, &d).map(|v| radiated * v));
-            }
+            let mut all = match kappa {
+                Some(kappa) => {
+                    let d = self.far_at(kappa) * &motion;
+                    self.both_ways(&d, &d, xi, radiated)
+                }
+                None => vec![0.0; n * n],
+            };
             let complex = |i: usize, j: usize| Complex64::new(self.square[(i, j)], 0.0);
             let weighted = Mat::from_fn(motion.nrows(), motion.nrows(), complex) * &motion;
-            all[KINDS..].copy_from_slice(&products(&motion, &weighted).map(|v| plane * v));
+            all.extend(self.both_ways(&motion, &weighted, xi, plane));
             all
         };
         // ξ = k sin φ, κ = k cos φ.
@@ -186,9 +202,10 @@ impl<'a> RailRadiators<'a> {
                  track.loss_factor, or its pads a loss factor"
             ))
         };
-        let all = integral(&angles, &JUDGED, ACCURACY, |phi| {
+        let judged = [&alone[..], &plane_alone].concat();
+        let all = integral(&angles, (2 * n * n, &judged), ACCURACY, |phi| {
             let (sin, cos) = phi.sin_cos();
-            of(k * sin, Some(k * cos)).map(|v| k * cos * v)
+            of(k * sin, Some(k * cos)).into_iter().map(|v| k * cos * v).collect()
         });
         let mut sum = all.map_err(endless)?;
         if k < SEEN {
@@ -196,26 +213,52 @@ impl<'a> RailRadiators<'a> {
             let mut breaks: Vec<f64> = [k, SEEN].into_iter().chain(outside).collect();
             breaks.sort_by(f64::total_cmp);
             breaks.dedup();
-            let rest = integral(&breaks, &JUDGED[3..], ACCURACY, |xi| of(xi, None)).map_err(endless)?;
+            let rest = integral(&breaks, (2 * n * n, &plane_alone), ACCURACY, |xi| of(xi, None)).map_err(endless)?;
             sum.iter_mut().zip(rest).for_each(|(s, r)| *s += r);
         }
-        Ok([0, 1].map(|kind| std::array::from_fn(|c| sum[KINDS * kind + c])))
+        let entry = |of: &[f64], i: usize, j: usize| match i.cmp(&j) {
+            Ordering::Equal => Complex64::new(of[packed(n, i, i)], 0.0),
+            Ordering::Less => Complex64::new(of[packed(n, i, j)], of[packed(n, j, i)]),
+            Ordering::Greater => Complex64::new(of[packed(n, j, i)], -of[packed(n, i, j)]),
+        };
+        Ok([0, 1].map(|kind| {
+            let of = &sum[n * n * kind..n * n * (kind + 1)];
+            Mat::from_fn(n, n, |i, j| entry(of, i, j))
+        }))
+    }
+
+    /// `factor` times half the power of ±ξ that the sums of conj(a) b over the rows, `[rows, 3C]`, stand for; packed,
+    /// `[(3C)²]`.
+    fn both_ways(&self, a: &Mat<Complex64>, b: &Mat<Complex64>, xi: f64, factor: f64) -> Vec<f64> {
+        let (n, along) = (a.ncols(), self.rail.along_of_forces());
+        let mut all = vec![0.0; n * n];
+        for i in 0..n {
+            for j in i..n {
+                let (sin, cos) = (xi * (along[j / FORCES] - along[i / FORCES])).sin_cos();
+                let share = match [i, j].map(|k| k % FORCES == 0) {
+                    [true, false] => -sin,
+                    [false, true] => sin,
+                    _ => cos,
+                };
+                // Forces along x and across that act at one place do not interact.
+                if share == 0.0 {
+                    continue;
+                }
+                let sum: Complex64 = (0..a.nrows()).map(|r| a[(r, i)].conj() * b[(r, j)]).sum();
+                all[packed(n, i, j)] = factor * share * sum.re;
+                if i != j {
+                    all[packed(n, j, i)] = factor * share * sum.im;
+                }
+            }
+        }
+        all
     }
 }
 
-/// Sums of conj(a) b over the rows, `[rows, 3]`: (xx, yy, nn, Re yn, Im yn).
-fn products(a: &Mat<Complex64>, b: &Mat<Complex64>) -> [f64; KINDS] {
-    let sum = |i: usize, j: usize| -> Complex64 { (0..a.nrows()).map(|r| a[(r, i)].conj() * b[(r, j)]).sum() };
-    let cross = sum(1, 2);
-    [sum(0, 0).re, sum(1, 1).re, sum(2, 2).re, cross.re, cross.im]
-}
-
-/// The Hermitian matrix of (xx, yy, nn, Re yn, Im yn), column by column.
-fn matrix([xx, yy, nn, re, im]: [f64; KINDS]) -> [[Complex64; FORCES]; FORCES] {
-    let real = |v: f64| Complex64::new(v, 0.0);
-    let cross = Complex64::new(re, im);
-    let zero = Complex64::default();
-    [[real(xx), zero, zero], [zero, real(yy), cross.conj()], [zero, cross, real(nn)]]
+/// Place of the real part of the entry (i, j) of a Hermitian matrix `[n, n]` among n² numbers for i ≤ j; that of (j, i)
+/// is the place of its imaginary part.
+fn packed(n: usize, i: usize, j: usize) -> usize {
+    n * i + j
 }
 
 #[cfg(test)]

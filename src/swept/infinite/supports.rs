@@ -97,7 +97,7 @@ mod tests {
     use super::*;
     use crate::fem::ElasticMaterial;
     use crate::rails::R60E1;
-    use crate::swept::infinite::InfiniteRailSpec;
+    use crate::swept::infinite::{ForcePlace, InfiniteRailSpec};
     use crate::swept::track_decay::{decay_rate, log_slope, POSITIONS};
     use crate::swept::{BuiltRail, LoadPatch};
     use num_complex::Complex64;
@@ -120,9 +120,8 @@ mod tests {
             material: ElasticMaterial { young: 210e9, poisson: 0.3, density: 7860.0 },
             track: Some(track),
             angle: 0.1,
-            tilt: -0.1,
             loss,
-            patch: LoadPatch::Circle { radius: 5e-3 },
+            places: vec![ForcePlace::at_contact_point(LoadPatch::Circle { radius: 5e-3 }, -0.1)],
         };
         Infinite::new(&making, 2.0 * PI * 1500.0).unwrap()
     }

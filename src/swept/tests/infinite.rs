@@ -2,7 +2,7 @@
 
 use super::straight::RAIL_STEEL;
 use super::*;
-use crate::swept::infinite::{Infinite, InfiniteRailSpec, FORCES};
+use crate::swept::infinite::{ForcePlace, Infinite, InfiniteRailSpec, FORCES};
 use crate::swept::track_decay::{decay_rate, POSITIONS};
 use num_complex::Complex64;
 
@@ -33,9 +33,8 @@ fn making(track: RailTrack, loss: f64) -> InfiniteRailSpec {
         material: RAIL_STEEL,
         track: Some(track),
         angle: section.contact().angle,
-        tilt: 0.0,
         loss,
-        patch: LoadPatch::Circle { radius: 4e-3 },
+        places: vec![ForcePlace::at_contact_point(LoadPatch::Circle { radius: 4e-3 }, 0.0)],
     }
 }
 
@@ -50,7 +49,7 @@ fn a_few_motions_of_the_section_are_enough() {
     assert!(q < 260, "{q} motions");
     let forms =
         Forms::along(making.section.clone(), making.material, 2.0 * PI, making.track.as_ref(), making.angle).unwrap();
-    let line = LineLoad::new(&forms, making.patch, 0, 1.0);
+    let line = LineLoad::new(&forms, making.places[0].patch, 0, 1.0);
     let forces = line.columns(forms.order());
     for n in [2usize, 8, 20, 33, 55, 95] {
         for f in [120.0, 900.0, 2500.0, 6000.0] {
@@ -197,7 +196,7 @@ fn its_decay_rates_are_those_of_rolland() {
     let making = InfiniteRailSpec {
         section: section.for_modes().unwrap(),
         angle: 0.0,
-        patch: LoadPatch::Circle { radius: 5e-3 },
+        places: vec![ForcePlace::at_contact_point(LoadPatch::Circle { radius: 5e-3 }, 0.0)],
         ..making(RailTrack { pad, sleeper: None }, 0.0)
     };
     let rail = Infinite::new(&making, 2.0 * PI * 2400.0).unwrap();

@@ -48,9 +48,9 @@ pub struct Record {
     pub velocity: Vec<f64>,
     /// Their amplitudes at the multiples of the frequency, m/s, `[harmonics][r]`.
     pub spectrum: Vec<Vec<C>>,
-    /// Modal displacements, √kg m, and impulse of the force on body 1 beside its first value, N·s, every
-    /// [`AmplitudeRecord::stride`](super::AmplitudeRecord::stride) steps, `[samples][m + 3]`; none where no sound is
-    /// wanted.
+    /// Modal displacements, √kg m, and impulses of the forces on body 1 at C contacts beside their first values, N·s,
+    /// every [`AmplitudeRecord::stride`](super::AmplitudeRecord::stride) steps, `[samples][m + 3C]`; none where no
+    /// sound is wanted.
     pub heard: Vec<Vec<f64>>,
 }
 
@@ -91,8 +91,9 @@ impl Walk<'_, '_, '_> {
         let periods = (MEASURED * self.settings.period / period).max(least / period).ceil().max(MEASURED / 4.0);
         let steps = (periods * period / self.step).round().max(2.0) as usize;
         let (r, n) = (self.settings.watch.nrows(), self.settings.harmonics);
-        let channels = 3 + r;
-        let (mut heard, mut impulse) = (Vec::new(), [0.0; 3]);
+        let forces = 3 * self.stepper.patches().len();
+        let channels = forces + r;
+        let (mut heard, mut impulse) = (Vec::new(), vec![0.0; forces]);
         let (mut weights, mut mean, mut squares) = (0.0, vec![0.0; channels], vec![0.0; channels]);
         let mut lines = vec![vec![C::default(); channels]; n];
         let (mut kinetic, mut along, mut stick, mut most, mut fewest) = (0.0, 0.0, 0.0, 0f64, usize::MAX);
@@ -102,7 +103,7 @@ impl Walk<'_, '_, '_> {
             self.step()?;
             let weight = hann(step, steps);
             let (state, report) = (self.stepper.state(), self.stepper.report());
-            let mut sample: Vec<f64> = report.force().to_vec();
+            let mut sample: Vec<f64> = report.patches.iter().flat_map(|patch| patch.force).collect();
             sample.extend(watched(&self.settings.watch, &state.v));
             let shift = shift.get_or_insert_with(|| sample.clone());
             sample.iter_mut().zip(&*shift).for_each(|(s, o)| *s -= o);
@@ -138,8 +139,8 @@ impl Walk<'_, '_, '_> {
             lines: lines.iter().map(|l| [l[0], l[1], l[2]]).collect(),
             stick: [stick / weights, most],
             closed: fewest,
-            velocity: (0..r).map(|k| rms(3 + k)).collect(),
-            spectrum: lines.iter().map(|l| l[3..].to_vec()).collect(),
+            velocity: (0..r).map(|k| rms(forces + k)).collect(),
+            spectrum: lines.iter().map(|l| l[forces..].to_vec()).collect(),
             heard,
         };
         Ok((record, (along / weights).sqrt()))

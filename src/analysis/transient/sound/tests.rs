@@ -49,7 +49,7 @@ fn velocities_are_kept_to_the_highest_frequency_and_faster_ones_hardly_appear() 
     let bands = bands_within(KEY, &wanted, 1e4).expect("bands");
     let highest = bands.highest();
     for step in [1e-5, 7.3e-5] {
-        let sound = Sound::of(&wanted, bands, step);
+        let sound = Sound::of(&wanted, bands, (step, 1));
         assert!((sound.interval - sound.stride() as f64 * step).abs() < 1e-18);
         let image = 1.0 / sound.interval - highest;
         let tones = [0.3 * highest, 0.7 * highest, 0.99 * highest, image];
@@ -72,14 +72,14 @@ fn velocities_are_kept_to_the_highest_frequency_and_faster_ones_hardly_appear() 
         }
     }
     // A step that is too long as it is.
-    assert_eq!(Sound::of(&wanted, bands, 1e-3).stride(), 1);
+    assert_eq!(Sound::of(&wanted, bands, (1e-3, 1)).stride(), 1);
 }
 
 /// No piece contains the record before `from` or the remainder before the first piece; the last sample belongs to one.
 #[test]
 fn pieces_begin_after_from_and_end_with_the_record() {
     let wanted = wanted(json!({ "min_frequency": 200, "max_frequency": 1300 }));
-    let sound = Sound::of(&wanted, bands_within(KEY, &wanted, 1e4).expect("bands"), 1e-5);
+    let sound = Sound::of(&wanted, bands_within(KEY, &wanted, 1e4).expect("bands"), (1e-5, 1));
     let welch = Welch::new(1.0 / sound.interval, resolving_time(200.0));
     let (before, after) = (welch.hop() + 123, 3 * welch.hop() + 41);
     let count = before + after;
@@ -135,7 +135,7 @@ fn a_record_that_is_accepted_is_long_enough() {
                 let job = run(long);
                 let wanted = job.sound_power.as_ref().expect("sound");
                 // The lowest band alone, where the samples are farthest apart.
-                let sound = Sound::of(wanted, Bands::spanning(min_frequency, min_frequency), step);
+                let sound = Sound::of(wanted, Bands::spanning(min_frequency, min_frequency), (step, 1));
                 let total = (job.duration / step).round() as u64;
                 let rows = |from: f64| {
                     let times = (1..=total / sound.stride()).map(|k| k as f64 * sound.interval);
@@ -179,17 +179,17 @@ fn patches_resolve_the_waves_in_the_air_and_those_of_the_body() {
     }
 }
 
-/// The force at the contact is averaged over the same intervals as the modes, wherever segments end, and what is
-/// constant of it is not heard.
+/// The forces at two contacts are averaged over the same intervals as the modes, wherever segments end, and what is
+/// constant of them is not heard.
 #[test]
 fn forces_of_all_steps_become_means_between_the_samples() {
     let wanted = wanted(json!({ "min_frequency": 200, "max_frequency": 1300 }));
     let bands = bands_within(KEY, &wanted, 1e4).expect("bands");
     let step = 1.1e-5;
-    let sound = Sound::of(&wanted, bands, step);
+    let sound = Sound::of(&wanted, bands, (step, 2));
     let stride = sound.stride() as usize;
     assert!(stride > 3, "{stride}");
-    let tones = [0.3, 0.6, 0.95].map(|part| part * bands.highest());
+    let tones = [0.3, 0.6, 0.95, 0.4, 0.7, 0.85].map(|part| part * bands.highest());
     let folder = tempfile::tempdir().expect("a folder");
     let segments = Segments::claim(&folder.path().join("run.h5"), false).expect("a folder");
     segments.start_run(serde_json::Value::Null).expect("a run");
@@ -198,17 +198,21 @@ fn forces_of_all_steps_become_means_between_the_samples() {
     for first in (1..=total).step_by(segment) {
         let rows = first..(first + segment).min(total + 1);
         let times: Vec<f64> = rows.clone().map(|k| k as f64 * step).collect();
-        let force: Vec<f64> = times
-            .iter()
-            .flat_map(|t| [2e3, -7e3, -6e4].into_iter().zip(tones).map(move |(o, f)| o + (2.0 * PI * f * t).sin()))
-            .collect();
+        let [first, second] = [&tones[..FORCES], &tones[FORCES..]].map(|tones| -> Vec<f64> {
+            let at = |t: f64| {
+                let each = [2e3, -7e3, -6e4].into_iter().zip(tones);
+                each.map(move |(o, f)| o + (2.0 * PI * f * t).sin())
+            };
+            times.iter().flat_map(|t| at(*t)).collect()
+        });
         let samples: Vec<f64> = rows.clone().filter(|k| k % stride == 0).map(|k| k as f64 * step).collect();
         let shape = [times.len(), FORCES];
         let tables = [
             Table::list("/sound/time", "s", "Times.", samples.clone()),
             Table::new("/sound/displacement", "m kg^1/2", "Amplitudes.", &[samples.len(), 1], vec![0.0; samples.len()]),
             Table::list("/transient/time", "s", "Times.", times),
-            Table::new("/transient/force", "N", "Forces.", &shape, force),
+            Table::new("/transient/force", "N", "Forces.", &shape, first),
+            Table::new("/transient_2/force", "N", "Forces.", &shape, second),
         ];
         segments.write(rows.end as u64 - 1, &tables).expect("a segment");
     }
@@ -217,7 +221,7 @@ fn forces_of_all_steps_become_means_between_the_samples() {
     let from = 0.2 * total as f64 * step;
     let found = sound.spectra((from, Some(step)), &segments, &welch, |x| {
         pieces += 1;
-        assert_eq!(x.len(), 1 + FORCES);
+        assert_eq!(x.len(), 1 + 2 * FORCES);
         // What is left of the constant part is far below the bands.
         let skip = (100.0 / welch.spacing()) as usize;
         let square = |l: &Vec<Complex64>| l[skip..].iter().map(|z| z.norm_sqr()).sum::<f64>() * welch.spacing();

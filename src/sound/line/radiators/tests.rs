@@ -1,10 +1,12 @@
 use super::*;
+use crate::dense::symmetric_eigen;
 use crate::fem::ElasticMaterial;
 use crate::rails::R60E1;
 use crate::sound::Radiation;
-use crate::swept::infinite::InfiniteRailSpec;
+use crate::swept::infinite::{ForcePlace, InfiniteRailSpec};
 use crate::swept::{
-    BuiltRail, CrossSection, LoadPatch, RailTrack, SectionCell, SectionElement, SleeperLayer, TrackLayer,
+    BuiltRail, CrossSection, LoadPatch, RailTrack, SectionCell, SectionContact, SectionElement, SleeperLayer,
+    TrackLayer,
 };
 use faer::linalg::solvers::Solve;
 use std::collections::BTreeMap;
@@ -47,18 +49,25 @@ fn complete<'a>(rail: &'a Infinite, bands: &Bands) -> RailRadiators<'a> {
 }
 
 /// A thin round bar that bends like Euler's beam: each wavenumber moves a cylinder to and fro, whose radiation is
-/// that of H_1. Above its critical frequency and below it. What waves do not travel is in it.
+/// that of H_1. Above its critical frequency and below it. What waves do not travel is in it. A force farther along
+/// the bar radiates with the one at its origin as the distance says; one along the bar by its lever, the radius, as a
+/// couple: +iξR times what the force across moves.
 #[test]
 fn a_round_bar_radiates_as_a_beam_of_moving_cylinders() {
+    const DISTANCE: f64 = 0.23;
     let (radius, loss) = (0.01, 0.05);
+    let place = |along: f64| ForcePlace {
+        patch: LoadPatch::Circle { radius: 2e-3 },
+        contact: SectionContact::level(1.0).at_place(along),
+        tilt: 0.0,
+    };
     let making = InfiniteRailSpec {
         section: round(radius),
         material: STEEL,
         track: None,
         angle: 0.0,
-        tilt: 0.0,
         loss,
-        patch: LoadPatch::Circle { radius: 2e-3 },
+        places: [0.0, DISTANCE].map(place).to_vec(),
     };
     let rail = Infinite::new(&making, 2.0 * PI * 3000.0).expect("rail");
     let bands = Bands::spanning(100.0, 2000.0);
@@ -68,10 +77,11 @@ fn a_round_bar_radiates_as_a_beam_of_moving_cylinders() {
     for f in [200.0, 500.0, 900.0, 2000.0] {
         let (omega, k) = (2.0 * PI * f, AIR.wave_number(f));
         let stiff = Complex64::new(1.0, loss) * STEEL.young * inertia;
+        // With the inertia of turning sections, and their shear (G. R. Cowper's factor 6(1 + ν)/(7 + 6ν)).
+        let sheared = STEEL.shear() * area * 6.0 * 1.3 / (7.0 + 1.8) * Complex64::new(1.0, loss);
+        let turned = |xi: f64| sheared + stiff * xi * xi - STEEL.density * inertia * omega * omega;
         let response = |xi: f64| {
-            // With the inertia of turning sections, and their shear (G. R. Cowper's factor 6(1 + ν)/(7 + 6ν)).
-            let sheared = STEEL.shear() * area * 6.0 * 1.3 / (7.0 + 1.8) * Complex64::new(1.0, loss);
-            let turned = sheared + stiff * xi * xi - STEEL.density * inertia * omega * omega;
+            let turned = turned(xi);
             let moved = sheared * xi * xi - STEEL.density * area * omega * omega;
             (moved - (sheared * xi).powi(2) / turned).inv()
         };
@@ -84,8 +94,13 @@ fn a_round_bar_radiates_as_a_beam_of_moving_cylinders() {
             omega * AIR.density / (8.0 * PI) * PI * d * omega * omega * response(xi).norm_sqr() / PI
         };
         let steps = 40_000;
-        let wanted: f64 = (0..steps).map(|i| k / steps as f64 * power(k * (i as f64 + 0.5) / steps as f64)).sum();
-        let [free, plane] = radiators.at(f).expect("powers");
+        let weighted = |weight: &dyn Fn(f64) -> f64| -> f64 {
+            let xi = |i: usize| k * (i as f64 + 0.5) / steps as f64;
+            (0..steps).map(|i| k / steps as f64 * power(xi(i)) * weight(xi(i))).sum()
+        };
+        let wanted = weighted(&|_| 1.0);
+        let found = radiators.at(f).expect("powers");
+        let [free, plane] = [&found[0], &found[1]].map(|of| [0, 1, 2].map(|c| of[(c, c)].re));
         // Sideways it moves as much, and twists without a sound; what the force makes of its surroundings is not in
         // the beam, and counts the more the faster it goes.
         let good = 0.06 * (f / 900.0).max(1.0);
@@ -94,24 +109,44 @@ fn a_round_bar_radiates_as_a_beam_of_moving_cylinders() {
             assert!(off.abs() < good, "{f} Hz: {power} W/N² for {wanted}, {off:.3} dB");
         }
         // Along it, it bends the bar by its lever, the radius.
-        assert!(free[0] < 6e-2 * free[2] && free[3].abs() < 2e-4 * free[2], "{f} Hz: {free:?}");
+        let cross = found[0][(1, 2)].re;
+        assert!(free[0] < 6e-2 * free[2] && cross.abs() < 2e-4 * free[2], "{f} Hz: {free:?}, {cross}");
         assert!(plane[2] > free[2], "{f} Hz: {plane:?}, {free:?}");
+        // Both across; and the one at the origin across, the other along the bar.
+        // A couple turns the section, whose shear takes a part of it.
+        let lever = |xi: f64| radius * xi * (sheared / turned(xi)).re;
+        let scale = [wanted, (wanted * weighted(&|xi| lever(xi).powi(2))).sqrt()];
+        let apart = [weighted(&|xi| (DISTANCE * xi).cos()), -weighted(&|xi| lever(xi) * (DISTANCE * xi).sin())];
+        for ((j, wanted), scale) in [5, 3].into_iter().zip(apart).zip(scale) {
+            let off = (found[0][(2, j)] - wanted).norm() / scale;
+            println!("{f} Hz, {j}: {} for {wanted} W/N², {off:.1e}", found[0][(2, j)]);
+            assert!(off < 0.01 * (f / 900.0).max(1.0), "{f} Hz, {j}: {} for {wanted} W/N²", found[0][(2, j)]);
+        }
     }
 }
 
 /// 60E1 on usual pads and sleepers.
 fn rail(reach: f64) -> Infinite {
+    rail_under(reach, &[0.0])
+}
+
+/// The same under forces at some places along it, m.
+fn rail_under(reach: f64, along: &[f64]) -> Infinite {
     let section = BuiltRail::new(&R60E1, 0.01).expect("rail");
     let pad = TrackLayer::with_loss([300e6, 40e6, 40e6].map(|s| s / 0.6), 0.2, 60.0);
     let ballast = TrackLayer::with_loss([100e6, 70e6, 70e6].map(|s| s / 0.6), 1.0, 250.0);
+    let place = |along: f64| ForcePlace {
+        patch: LoadPatch::Circle { radius: 3e-3 },
+        contact: SectionContact::level(1.0).at_place(along),
+        tilt: -section.contact().angle,
+    };
     let making = InfiniteRailSpec {
         section: section.for_modes().expect("section"),
         material: STEEL,
         track: Some(RailTrack { pad, sleeper: Some(SleeperLayer { mass: 250.0, ballast }) }),
         angle: section.contact().angle,
-        tilt: -section.contact().angle,
         loss: 0.02,
-        patch: LoadPatch::Circle { radius: 3e-3 },
+        places: along.iter().map(|&along| place(along)).collect(),
     };
     Infinite::new(&making, 2.0 * PI * reach).expect("rail")
 }
@@ -184,7 +219,7 @@ fn powers_are_interpolated() {
     }
     let efficiency = |f: f64, c: usize| {
         let [free, plane] = radiators.at(f).expect("powers");
-        free[c] / plane[c]
+        free[(c, c)].re / plane[(c, c)].re
     };
     // Long waves let the air flow round the rail, short ones do not.
     assert!(
@@ -239,8 +274,11 @@ fn sections_that_deform_are_heard_above_a_kilohertz() {
     let part = moving(&rail, &bands, &(&motions * amplitudes));
     let level = |a: f64, b: f64| 10.0 * (a / b).log10();
     let beyond = |f: f64| {
-        let [a, b] = [&whole, &part].map(|r| r.at(f).expect("powers")[0]);
-        [level(a[1], b[1]), level(a[2], b[2])]
+        let [a, b] = [&whole, &part].map(|r| {
+            let [free, _] = r.at(f).expect("powers");
+            [1, 2].map(|c| free[(c, c)].re)
+        });
+        [level(a[0], b[0]), level(a[1], b[1])]
     };
     for (f, most) in [(125.0, [0.05, 0.05]), (500.0, [0.15, 0.1]), (800.0, [0.3, 0.1]), (1250.0, [0.6, 0.1])] {
         let [lateral, vertical] = beyond(f);
@@ -250,6 +288,33 @@ fn sections_that_deform_are_heard_above_a_kilohertz() {
     assert!((1.5..2.0).contains(&lateral) && (0.2..0.5).contains(&vertical), "{lateral:+.2} and {vertical:+.2} dB");
 }
 
+/// Two contacts at one place are one: each radiates alone and with the other as one contact does, whose forces along
+/// and across the rail do not interact. G is Hermitian and has no negative eigenvalues, also of contacts apart.
+#[test]
+fn contacts_at_one_place_radiate_as_one() {
+    let bands = Bands::spanning(400.0, 1000.0);
+    let [one, all] = [&[0.0][..], &[0.0, 0.0, 0.4]].map(|along| {
+        let rail = rail_under(2600.0, along);
+        complete(&rail, &bands).at(770.0).expect("powers")
+    });
+    for (one, all) in one.iter().zip(&all) {
+        let scale = |i: usize, j: usize| (all[(i, i)].re * all[(j, j)].re).sqrt();
+        for (i, j) in (0..9).flat_map(|i| (0..9).map(move |j| (i, j))) {
+            assert!((all[(i, j)] - all[(j, i)].conj()).norm() < 1e-14 * scale(i, j), "({i}, {j})");
+            let (wanted, alike) = (one[(i % 3, j % 3)], (i < 6) == (j < 6));
+            let off = (all[(i, j)] - wanted).norm() / scale(i, j);
+            assert!(if alike { off < 3e-3 } else { i % 3 != j % 3 || off > 0.1 }, "({i}, {j}): {off:.1e}");
+        }
+        let real = Mat::from_fn(18, 18, |i, j| match (i < 9, j < 9) {
+            (true, true) | (false, false) => all[(i % 9, j % 9)].re,
+            (true, false) => -all[(i, j - 9)].im,
+            (false, true) => all[(i - 9, j)].im,
+        });
+        let (values, _) = symmetric_eigen(real.as_ref()).expect("eigenvalues");
+        assert!(values[0] > -1e-3 * values[17], "{values:?}");
+    }
+}
+
 #[test]
 fn a_rail_without_damping_is_refused() {
     let making = InfiniteRailSpec {
@@ -257,9 +322,8 @@ fn a_rail_without_damping_is_refused() {
         material: STEEL,
         track: None,
         angle: 0.0,
-        tilt: 0.0,
         loss: 0.0,
-        patch: LoadPatch::Circle { radius: 2e-3 },
+        places: vec![ForcePlace::at_contact_point(LoadPatch::Circle { radius: 2e-3 }, 0.0)],
     };
     let rail = Infinite::new(&making, 2.0 * PI * 1500.0).expect("rail");
     let radiators = complete(&rail, &Bands::spanning(800.0, 1000.0));
