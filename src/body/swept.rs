@@ -15,7 +15,7 @@ use super::modes::Extent;
 use super::{ContactSpec, ElasticBody, Kind, ProgressFn, TraceModes};
 use crate::fem::ElasticMaterial;
 use crate::parallel::World;
-use crate::swept::modes::{below, by_orders, contact_functions, limit_of, of_order};
+use crate::swept::modes::{below, by_orders, contact_functions, limit_of, of_order, turned_freely};
 use crate::swept::{
     rotate_loads, Attachment, ContactModeData, EdgeSprings, Forms, FourierModes, HalfSections, LineLoad, LoadPatch,
     Path, Prestress, SectionSource, LOADS,
@@ -282,8 +282,8 @@ impl Swept<'_> {
         let counts: Vec<usize> = found.all.iter().map(|of| of.omega.len()).collect();
         let contacts = self.contacts();
         let contact = by_ranks(self.world, &counts, LOADS * contacts.len(), |k| {
-            let ContactModeData { order, vectors, .. } = &found.all[k];
-            contact_functions(vectors.as_ref(), &self.loads(&contacts, *order))
+            let ContactModeData { order, omega, vectors, .. } = &found.all[k];
+            turned_freely((*order, omega), contact_functions(vectors.as_ref(), &self.loads(&contacts, *order)))
         });
         let all =
             found.all.iter().zip(contact).map(|(of, contact)| ContactModeData { contact, ..of.clone() }).collect();

@@ -88,7 +88,7 @@ impl ContactModeData {
             omega: modes.omega.clone(),
             residual: modes.residual.clone(),
             shares: (0..modes.omega.len()).map(|k| std::array::from_fn(|c| share(k, c))).collect(),
-            contact: contact_functions(modes.vectors.as_ref(), loads),
+            contact: turned_freely((modes.order, &modes.omega), contact_functions(modes.vectors.as_ref(), loads)),
             rotation: blocks(forms, modes, prestress),
             stored: (0..modes.omega.len()).map(|k| stored[(k, k)] + rings.stored[k]).collect(),
             lost,
@@ -187,6 +187,22 @@ pub(crate) fn contact_functions(vectors: MatRef<'_, f64>, loads: &[LineLoad]) ->
             let found = line.functions(&line.means(column));
             (0..LOADS).for_each(|a| seen[(LOADS * c + a, k)] = found[a]);
         }
+    }
+    seen
+}
+
+/// Loads xe_y and xe_n: of all motions of order 0 torsion alone moves them.
+const TILTED: [usize; 2] = [4, 5];
+
+/// ψ̂ of modes of a body of revolution, `[9T, m]`, of an order, with the angular frequencies `omega`, rad/s: of a free
+/// rotation of the whole body about its axle without the tilt φx of the tangent plane by the angle φ.
+///
+/// Having turned, the body touches as before. Its displacement φ × r is one of its surface along x, whose rate is a
+/// creep velocity. The tilt is of the second order, φ times the slope of the surface, as what a displacement along the
+/// slope makes of the gap; that balances it, and is left out everywhere. φ grows without bounds.
+pub(crate) fn turned_freely((order, omega): (usize, &[f64]), mut seen: Mat<f64>) -> Mat<f64> {
+    for k in (0..omega.len()).filter(|&k| order == 0 && omega[k] == 0.0) {
+        (0..seen.nrows()).filter(|row| TILTED.contains(&(row % LOADS))).for_each(|row| seen[(row, k)] = 0.0);
     }
     seen
 }

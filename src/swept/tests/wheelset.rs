@@ -191,6 +191,32 @@ fn both_wheels_act_on_each_other_by_the_modes_alone() {
     }
 }
 
+/// A wheelset that turns about its axle as a whole moves both surfaces along x by its angle times the radius there, and
+/// touches as before: nothing of a contact is tilted, in whatever frame, where elastic torsion tilts it.
+#[test]
+fn a_wheelset_that_turns_touches_as_before() {
+    let patch = LoadPatch::Circle { radius: 6e-3 };
+    let place = RunningPlace { y: -0.0385, height: Some(0.014), opposite: false };
+    let given = wheelset(false);
+    let forms = suspended(&given, [1e6; 3]);
+    let (found, _) = modes(&given, &forms, 0, 1000.0);
+    let contacts = [given.contact(), given.contact_at(place)];
+    let loads: Vec<LineLoad> = contacts.iter().map(|c| LineLoad::for_contact(&forms, patch, 0, c)).collect();
+    let seen = ContactModeData::new(&forms, &found, &loads, None).contact;
+    let torsion = |k: &usize| seen[(0, *k)].abs() > 1e-3;
+    let (free, held): (Vec<usize>, Vec<usize>) =
+        (0..found.omega.len()).filter(torsion).partition(|k| found.omega[*k] == 0.0);
+    assert!(free.len() == 1 && !held.is_empty(), "{:?}", found.omega);
+    let turned = |c: usize| seen[(LOADS * c, free[0])] / contacts[c].radius();
+    assert!((turned(0) / turned(1) - 1.0).abs() < 1e-3, "{} {}", turned(0), turned(1));
+    let tilt = |k: usize| [4, 5, LOADS + 4, LOADS + 5].map(|row| seen[(row, k)]);
+    assert_eq!(tilt(free[0]), [0.0; 4]);
+    assert!(held.iter().all(|&k| tilt(k)[1].abs() > 1e-3), "{:?}", held.iter().map(|&k| tilt(k)).collect::<Vec<_>>());
+    // Nothing else moves, but along x.
+    let others = (0..2 * LOADS).filter(|row| ![0, 6].contains(&(row % LOADS)));
+    assert!(others.map(|row| seen[(row, free[0])].abs()).fold(0.0, f64::max) < 1e-6 * seen[(0, free[0])].abs());
+}
+
 /// A contact on the face of a flange loads its own wheel alone: both faces lie at the same radii. On the other wheel
 /// it is the mirror image.
 #[test]
