@@ -328,8 +328,8 @@ fn too_few_open_files_are_said() {
 #[test]
 fn too_little_address_space_is_said() {
     let folder = Folder::with(small().to_string());
-    let told = (170_000..500_000).step_by(40_000).any(|kilobytes| {
-        let line = format!("ulimit -v {kilobytes}; exec timeout 20 \"$0\" run \"$1\"");
+    let told = (170_000..500_000).step_by(80_000).any(|kilobytes| {
+        let line = format!("ulimit -v {kilobytes}; exec timeout 10 \"$0\" run \"$1\"");
         let ran = finish(Command::new("bash").env("OPENBLAS_NUM_THREADS", "1").args([
             "-c",
             &line,
