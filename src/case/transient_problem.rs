@@ -30,6 +30,8 @@ pub(crate) struct TransientProblem<'a> {
 pub(crate) struct StepperSetUp {
     interface: Interface,
     begin: Begin,
+    /// Forces on the modes that keep bodies at rest which nothing else holds, N/√kg, `[m]`; none where all are held.
+    load: Vec<f64>,
 }
 
 /// Rest on a grid or on points.
@@ -42,10 +44,12 @@ impl TransientProblem<'_> {
     /// The state of rest, whose approach is held.
     pub(crate) fn ready(&self) -> Result<StepperSetUp> {
         if let Some(points) = at_points(self)? {
-            return Ok(StepperSetUp { interface: self.model.0.clone(), begin: Begin::Points(points) });
+            let interface = self.model.0.clone();
+            return Ok(StepperSetUp { interface, begin: Begin::Points(points), load: Vec::new() });
         }
         let rest = InitialEquilibrium::of(self)?;
-        Ok(StepperSetUp { interface: rest.interface(self.model.0), begin: Begin::Grid(rest) })
+        let load = rest.kept_by(self.model.1);
+        Ok(StepperSetUp { interface: rest.interface(self.model.0), begin: Begin::Grid(rest), load })
     }
 
     /// ρ of the laws at points of quadrature, where they hold there: those of the state of rest.
@@ -65,8 +69,13 @@ impl StepperSetUp {
     pub(crate) fn model<'a>(&'a self, pair: &'a CoupledModel) -> Model<'a> {
         match &self.begin {
             Begin::Points(points) => points.model(pair),
-            Begin::Grid(_) => Model::new(pair, &self.interface),
+            Begin::Grid(_) => Model { load: &self.load, ..Model::new(pair, &self.interface) },
         }
+    }
+
+    /// The load of [`StepperSetUp::model`] on a grid, N/√kg, `[m]`; none where nothing is loaded.
+    pub(crate) fn load(&self) -> &[f64] {
+        &self.load
     }
 
     /// The state of rest of `model`, and what does not change in time.
@@ -136,6 +145,17 @@ impl InitialEquilibrium {
             [0, 1].map(|c| (moved[3 * ends[0] + c] - moved[3 * ends[1] + c]) / length)
         };
         interface.patches.iter().map(slope).collect()
+    }
+
+    /// The loads of modes without frequency that balance the reactions, N/√kg, `[m]`: of a wheelset that is free to
+    /// turn the torque of what drives it at the creepages of the job. None where there is no such mode.
+    fn kept_by(&self, pair: &CoupledModel) -> Vec<f64> {
+        if pair.omega.iter().all(|&omega| omega > 0.0) {
+            return Vec::new();
+        }
+        let reaction = |k: usize| self.reaction.iter().enumerate().map(|(i, r)| pair.modes[(i, k)] * r).sum::<f64>();
+        let load = |(k, &omega): (usize, &f64)| if omega > 0.0 { 0.0 } else { -reaction(k) };
+        pair.omega.iter().enumerate().map(load).collect()
     }
 
     fn state(&self, model: &Model<'_>) -> State {

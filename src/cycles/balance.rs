@@ -50,6 +50,8 @@ pub struct Conditions {
     pub settings: Settings,
     /// The interface with the gap of the bodies without load.
     pub interface: Interface,
+    /// Loads of the modes that keep the state of rest, N/√kg, `[m]`; none where all bodies are held.
+    pub load: Vec<f64>,
 }
 
 /// The contact at the phase that a march begins with.
@@ -84,6 +86,7 @@ pub(super) struct MarchResult {
     /// See [`PeriodicSolution`].
     pub(super) contacts: Vec<ContactPeriod>,
     pub(super) contact: ContactMemory,
+    pub(super) drift: f64,
 }
 
 /// A period of one contact.
@@ -135,6 +138,8 @@ pub struct PeriodicSolution {
     pub contacts: Vec<ContactPeriod>,
     /// Modal amplitudes at the multiples 0, 1, … of the frequency, `[..][m]`.
     pub modal: Vec<Vec<C>>,
+    /// Mean velocity of the motion that nothing holds, m √kg/s; 0 where there is none.
+    pub drift: f64,
     /// Displacements and velocities of the modes at phase zero, `[m]`.
     pub state: [Vec<f64>; 2],
     /// The contact at phase zero.
@@ -248,6 +253,12 @@ impl<'a, 's> Balance<'a, 's> {
         patches.map(steps).fold(8.0, f64::max) as usize
     }
 
+    /// Displacement of the motion that nothing holds over a radian of the phase, m √kg, where it counts among the
+    /// coefficients `z`.
+    fn drift(&self, z: &[f64]) -> f64 {
+        self.structure.free.as_ref().map_or(0.0, |_| self.unit * z[self.structure.rank() - 1])
+    }
+
     /// Marches the contact under the motion with the coefficients `z` (`[size]`: the mean, then the cosine and the
     /// sine of each harmonic, `[r]` each, in units) and the angular frequency `omega`, rad/s, from `memory`, the
     /// contact at the phase where a march of this step begins.
@@ -285,11 +296,17 @@ impl<'a, 's> Balance<'a, 's> {
         let pushes: Vec<Vec<C>> = (0..samples.div_ceil(2)).map(|k| harmonic(&forces, k)).collect();
         let (mut lack, mut coefficients) = (Vec::with_capacity(z.len()), Vec::with_capacity(z.len()));
         for (k, push) in pushes.iter().enumerate().take(harmonics + 1) {
-            let seen = self.structure.contact_response(k, self.exponent(k, omega, h), push)?;
+            let mut seen = self.structure.contact_response(k, self.exponent(k, omega, h), push)?;
             let own = |part: usize, i: usize| z[r * part + i];
             coefficients.extend(push.iter().map(|p| p.re));
             if k > 0 {
                 coefficients.extend(push.iter().map(|p| -p.im));
+            } else if let Some(free) = &self.structure.free {
+                let slot = r - 1;
+                coefficients[slot] += self.conditions.load.get(free.mode).copied().unwrap_or(0.0) / free.size;
+                let turned = self.drift(z) * omega / free.size;
+                seen.iter_mut().zip(&free.gyroscopic).for_each(|(z, by)| *z += by * turned);
+                seen[slot] = C::new(self.unit * own(0, slot) + free.receptance(omega) * coefficients[slot], 0.0);
             }
             if k == 0 {
                 lack.extend(seen.iter().enumerate().map(|(i, s)| s.re / self.unit - own(0, i)));
@@ -298,7 +315,8 @@ impl<'a, 's> Balance<'a, 's> {
                 lack.extend(seen.iter().enumerate().map(|(i, s)| -s.im / self.unit - own(2 * k, i)));
             }
         }
-        Ok(MarchResult { lack, coefficients, memory: after, omega, pushes, contacts, contact })
+        let drift = self.structure.free.as_ref().map_or(0.0, |free| self.drift(z) * omega / free.size);
+        Ok(MarchResult { lack, coefficients, memory: after, omega, pushes, contacts, contact, drift })
     }
 
     /// Begins a march in steps of `h`, s: the number of steps before the period whose forces are taken, and the sample
@@ -315,6 +333,7 @@ impl<'a, 's> Balance<'a, 's> {
             let mut course = self.course.borrow_mut();
             course.samples.clone_from(&motion);
             course.next = (start + 1) % samples;
+            (course.drift, course.gone) = (self.drift(z) * 2.0 * PI / samples as f64, 0.0);
         }
         self.stepper.restart(h, state(motion[start].clone(), memory))?;
         Ok((before, start))
@@ -334,16 +353,18 @@ impl<'a, 's> Balance<'a, 's> {
                 |b: usize| if b > 0 && b.is_multiple_of(2) { angle(b / 2).sin() } else { angle(b.div_ceil(2)).cos() };
             (0..=2 * harmonics).map(one).collect()
         };
-        let unit = self.unit;
-        let motion = |n: usize| {
+        let (unit, drifts) = (self.unit, self.structure.free.is_some());
+        let motion = |n: usize, steps: usize| {
             let all = functions(n);
-            Mat::from_fn(r, size, |i, column| if column % r == i { unit * all[column / r] } else { 0.0 })
+            let gone = 2.0 * PI * steps as f64 / samples as f64;
+            let part = |column: usize| if drifts && column == r - 1 { gone } else { all[column / r] };
+            Mat::from_fn(r, size, |i, column| if column % r == i { unit * part(column) } else { 0.0 })
         };
-        let mut changes = StateChanges::of_motion(&self.stepper, motion(start));
+        let mut changes = StateChanges::of_motion(&self.stepper, motion(start, 0));
         let mut derivative = Mat::<f64>::zeros(size, size);
         for step in 1..=before + samples {
             let n = (start + step) % samples;
-            self.stepper.advance_with(&mut changes, motion(n).as_ref())?;
+            self.stepper.advance_with(&mut changes, motion(n, step).as_ref())?;
             if step > before {
                 let weight = |b: usize| if b == 0 { 1.0 } else { 2.0 } / samples as f64;
                 let weights: Vec<f64> = functions(n).iter().enumerate().map(|(b, f)| weight(b) * f).collect();
@@ -362,6 +383,9 @@ impl<'a, 's> Balance<'a, 's> {
         let Resolution { harmonics, samples } = self.resolution;
         let r = self.structure.rank();
         let mut out: Vec<f64> = z[..r].iter().map(|z| self.unit * z).collect();
+        if self.structure.free.is_some() {
+            out[r - 1] = 0.0;
+        }
         for k in 1..=harmonics {
             let angle = 2.0 * PI * ((k * n) % samples) as f64 / samples as f64;
             let (cosine, sine) = (&z[r * (2 * k - 1)..][..r], &z[r * 2 * k..][..r]);

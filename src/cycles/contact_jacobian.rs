@@ -88,7 +88,13 @@ impl Equations<'_, '_> {
             let samples = self.resolution.samples as f64;
             let turn = C::new(0.0, samples / PI * (PI * k as f64 / samples).tan());
             let s = turn * omega + if k == 0 { 0.0 } else { growth };
-            let [response, slope] = structure.receptance(s);
+            let [mut response, slope] = structure.receptance(s);
+            let slot = r - 1;
+            let free = structure.free.as_ref().filter(|_| k == 0);
+            if let Some(free) = free {
+                (0..r).for_each(|i| (response[(i, slot)], response[(slot, i)]) = (C::default(), C::default()));
+                response[(slot, slot)] = C::new(free.receptance(omega), 0.0);
+            }
             // The complex amplitude of a cos + b sin is a − ib.
             let first = r * (2 * k).saturating_sub(1);
             let rows = if k == 0 { r } else { 2 * r };
@@ -100,6 +106,13 @@ impl Equations<'_, '_> {
             let block = Mat::from_fn(rows, rows, |i, m| real(&response, i, m) / self.unit);
             let product = &block * contact.derivative.as_ref().subrows(first, rows);
             j.as_mut().subrows_mut(first, rows).copy_from(&product);
+            if let Some(free) = free {
+                // The mean velocity u ω/|ψ| of what nothing holds, of which u is a coefficient and no displacement.
+                for i in 0..r {
+                    j[(i, slot)] += free.gyroscopic[i] * omega / free.size + if i == slot { 1.0 } else { 0.0 };
+                    j[(i, n)] += free.gyroscopic[i] * u[slot] * self.omega / free.size;
+                }
+            }
             // Change of the motion with an unknown that changes R by `change`.
             let mut add = |column: usize, change: Mat<C>| {
                 for i in 0..rows {
@@ -109,7 +122,14 @@ impl Equations<'_, '_> {
             };
             if let Some((beside, by)) = &beside {
                 let [there, _] = beside.receptance(s);
-                add(n + 1, Mat::from_fn(r, r, |a, b| (there[(a, b)] - response[(a, b)]) / *by));
+                let changes = |a: usize, b: usize| free.is_none() || (a != slot && b != slot);
+                add(
+                    n + 1,
+                    Mat::from_fn(r, r, |a, b| match changes(a, b) {
+                        true => (there[(a, b)] - response[(a, b)]) / *by,
+                        false => C::default(),
+                    }),
+                );
             }
             if k > 0 {
                 let by = |change: C| Mat::from_fn(r, r, |a, b| slope[(a, b)] * change);

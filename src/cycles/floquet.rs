@@ -84,7 +84,7 @@ pub(super) fn through_kernel(
     cycle: &PeriodicSolution,
     resolution: Resolution,
 ) -> Result<Multipliers> {
-    sorted(multipliers_near_the_circle(structure, conditions, cycle, resolution)?)
+    sorted(multipliers_near_the_circle(structure, conditions, cycle, resolution)?, structure.free.is_some())
 }
 
 /// Multipliers from the monodromy matrix of all modes.
@@ -96,7 +96,8 @@ pub(super) fn through_modes(
 ) -> Result<Multipliers> {
     let m = structure.model.omega.len();
     let h = 2.0 * std::f64::consts::PI / (samples as f64 * cycle.omega);
-    let model = Model { interface: &conditions.interface, ..structure.model.clone() };
+    let load = if conditions.load.is_empty() { structure.model.load } else { &conditions.load };
+    let model = Model { interface: &conditions.interface, load, ..structure.model.clone() };
     let settings = Settings {
         scheme: Scheme { step: h, theta: 0.5 },
         tolerance: conditions.settings.tolerance.min(SHARP),
@@ -148,16 +149,25 @@ pub(super) fn through_modes(
     let all = monodromy.eigenvalues().map_err(|e| {
         Error::NotConverged(format!("limit cycles: the eigenvalues of the monodromy matrix were not found ({e:?})"))
     })?;
-    sorted(all)
+    sorted(all, structure.free.is_some())
 }
 
-/// The multipliers among all eigenvalues.
-fn sorted(mut all: Vec<C>) -> Result<Multipliers> {
-    let nearest = (0..all.len()).min_by(|&a, &b| (all[a] - 1.0).norm().total_cmp(&(all[b] - 1.0).norm()));
-    let Some(nearest) = nearest else {
-        return Err(Error::Defect("limit cycles: no multipliers".into()));
+/// The multipliers among all eigenvalues. One more of 1 belongs to a motion that is `free`: wherever it is, the cycle
+/// is the same.
+fn sorted(mut all: Vec<C>, free: bool) -> Result<Multipliers> {
+    let nearest = |all: &[C]| {
+        let apart = |k: usize| (all[k] - 1.0).norm();
+        let found = (0..all.len()).min_by(|&a, &b| apart(a).total_cmp(&apart(b)));
+        found.ok_or_else(|| Error::Defect("limit cycles: no multipliers".into()))
     };
-    let phase = all.remove(nearest);
+    let mut phase = all.remove(nearest(&all)?);
+    if free {
+        // Both are 1 but for the error of a march, which is that of the phase.
+        let other = all.remove(nearest(&all)?);
+        if (other - 1.0).norm() > (phase - 1.0).norm() {
+            phase = other;
+        }
+    }
     all.retain(|v| v.im >= 0.0);
     all.sort_by(|a, b| b.norm().total_cmp(&a.norm()).then(b.re.total_cmp(&a.re)));
     all.truncate(TOLD);

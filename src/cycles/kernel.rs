@@ -47,8 +47,15 @@ impl Balance<'_, '_> {
             (0..r).map(|i| harmonics.iter().enumerate().map(|(k, z)| (z[i] * turn(k)).re).sum()).collect()
         };
         let period: Vec<Vec<f64>> = (0..samples).map(sample).collect();
-        let from = |start: usize, count: usize| {
-            (start..=start + count).map(|n| period[n % samples].clone()).collect::<Vec<Vec<f64>>>()
+        // What nothing holds goes on.
+        let drift = self.structure.free.as_ref().map_or(0.0, |free| cycle.drift * h * free.size);
+        let from = |start: usize, count: usize| -> Vec<Vec<f64>> {
+            let at = |step: usize| {
+                let mut sample = period[(start + step) % samples].clone();
+                sample.iter_mut().last().into_iter().for_each(|last| *last += drift * step as f64);
+                sample
+            };
+            (0..=count).map(at).collect()
         };
         // The contact under this motion, which has all multiples: from where marches of the cycle begin to phase zero.
         let before = self.forgetting(&cycle.begin, h);
@@ -106,6 +113,7 @@ impl Balance<'_, '_> {
             course.samples.clear();
             course.samples.extend_from_slice(motion);
             course.next = 1 % motion.len().max(1);
+            (course.drift, course.gone) = (0.0, 0.0);
         }
         self.stepper.restart(h, state(motion.first().cloned().unwrap_or_default(), start))
     }

@@ -18,6 +18,7 @@ pub(crate) mod branch;
 pub(crate) mod contact_jacobian;
 pub(crate) mod corrector;
 pub(crate) mod floquet;
+mod free;
 mod growing;
 mod hill;
 mod kernel;

@@ -11,6 +11,9 @@ use std::rc::Rc;
 pub(super) struct PrescribedMotion {
     pub(super) samples: Vec<Vec<f64>>,
     pub(super) next: usize,
+    /// By how much the last of the r goes on in a step besides, and how far it has gone.
+    pub(super) drift: f64,
+    pub(super) gone: f64,
 }
 
 /// The motion of a [`PrescribedMotion`], which another owner changes between marches.
@@ -24,8 +27,12 @@ impl Dynamics for Prescribed {
     fn free(&mut self, q: &[f64], _v: &[f64], _f: &[f64]) -> Result<(Vec<f64>, Vec<f64>)> {
         let mut course = self.0.borrow_mut();
         let count = course.samples.len().max(1);
-        let end = course.samples.get(course.next).cloned().unwrap_or_else(|| q.to_vec());
+        let mut end = course.samples.get(course.next).cloned().unwrap_or_else(|| q.to_vec());
         course.next = (course.next + 1) % count;
+        course.gone += course.drift;
+        if let Some(last) = end.last_mut() {
+            *last += course.gone;
+        }
         // The residual compliance has no velocity: only displacements are asked for.
         Ok((end, vec![0.0; q.len()]))
     }

@@ -24,8 +24,13 @@ impl Structure<'_> {
     }
 
     /// Motion of what acts at the contact under forces on it, `[r]`, of the multiple `k` of the frequency, which goes
-    /// with exp(st), s in 1/s.
+    /// with exp(st), s in 1/s; the mean one without that of what nothing holds, the last of them.
     pub(super) fn contact_response(&self, k: usize, s: C, push: &[C]) -> Result<Vec<C>> {
+        let mut push = push.to_vec();
+        if let (0, Some(_), Some(last)) = (k, &self.free, push.last_mut()) {
+            *last = C::default();
+        }
+        let push = &push;
         let mut out = if self.is_diagonal() {
             self.at_contact(&self.response(s, &self.spread(push))?)
         } else {

@@ -84,14 +84,14 @@ impl Numbers<'_> {
     }
 
     fn cycle(&mut self) -> Option<PeriodicSolution> {
-        let [omega, frequency, kinetic] = [self.one()?, self.one()?, self.one()?];
+        let [omega, frequency, kinetic, drift] = [self.one()?, self.one()?, self.one()?, self.one()?];
         let contacts = self.count()?;
         let contacts = (0..contacts).map(|_| self.contact()).collect::<Option<_>>()?;
         let count = self.count()?;
         let modal = (0..count).map(|_| self.complex()).collect::<Option<_>>()?;
         let state = [self.list()?, self.list()?];
         let (contact, begin) = (self.memory()?, self.memory()?);
-        Some(PeriodicSolution { omega, frequency, kinetic, contacts, modal, state, contact, begin })
+        Some(PeriodicSolution { omega, frequency, kinetic, contacts, modal, drift, state, contact, begin })
     }
 
     fn point(&mut self) -> Option<BranchPoint> {
@@ -112,7 +112,7 @@ impl Numbers<'_> {
 
 impl PeriodicSolution {
     fn write(&self, to: &mut Writer) {
-        to.many(&[self.omega, self.frequency, self.kinetic]);
+        to.many(&[self.omega, self.frequency, self.kinetic, self.drift]);
         to.one(self.contacts.len() as f64);
         for contact in &self.contacts {
             to.rows(&contact.force);

@@ -197,6 +197,11 @@ impl Job {
         if let Some(contact) = given.contact.as_mut().filter(|c| c.placement.is_some()) {
             contact.creepage = Creepage::default();
             contact.further.clear();
+            // So are the places that all contacts of a wheel or of both wheels have been found at.
+            contact.remove_places();
+            if contact.in_equilibrium {
+                contact.placement.iter_mut().for_each(|placement| placement.touch_near = None);
+            }
         }
         match validate(&given).into_iter().next() {
             Some(fault) => Err(refused(fault)),
@@ -380,6 +385,7 @@ mod tests {
     use super::super::example::wheel_on_rail;
     use super::super::model::{Contact, Job, TrackSide};
     use super::is_friction;
+    use std::path::Path;
 
     /// A wheel on a placement has creepages that follow from it once it runs; friction can change all the same.
     #[test]
@@ -391,6 +397,24 @@ mod tests {
         let other = job.with_branch_number("contact.friction", 0.4).unwrap();
         let numbers = ["contact.friction", "contact.creepage.lateral"].map(|key| other.branch_number(key));
         assert_eq!(numbers, [Some(0.4), Some(-0.01)]);
+    }
+
+    /// All contacts of a wheel keep the places that the equilibrium has found for them, and so do those of both wheels.
+    #[test]
+    fn friction_changes_at_all_places_that_were_found() {
+        let jobs: [&[u8]; 2] =
+            [include_bytes!("../../jobs/flange.json"), include_bytes!("../../jobs/wheelset-both-wheels.json")];
+        for bytes in jobs {
+            let mut job = Job::from_bytes(bytes, Path::new("job.json"), &[], None).unwrap();
+            let contact = job.contact.as_mut().unwrap();
+            contact.in_equilibrium = true;
+            contact.placement.as_mut().unwrap().touch_near = Some(0.014);
+            contact.further = vec![contact.clone()];
+            let other = job.with_branch_number("contact.friction", 0.4).unwrap();
+            let contact = other.contact.as_ref().unwrap();
+            assert_eq!(contact.placement.as_ref().unwrap().touch_near, Some(0.014));
+            assert_eq!((contact.further.len(), other.branch_number("contact.friction")), (1, Some(0.4)));
+        }
     }
 
     /// The friction of a zone changes at all contacts, which keep their places.

@@ -216,8 +216,6 @@ fn mistakes_about_both_wheels_are_told() {
     told(
         &|job| {
             job["analyses"]["stability"]["full"] = json!({ "max_frequency": 500 });
-            job["analyses"]["cycles"] =
-                json!({ "along": "contact.friction", "from": 0.1, "to": 0.5, "sound_power": {} });
             (job["curve"], job["vehicle"], job["contact"]["from"]) = (Value::Null, Value::Null, Value::Null);
             (job["contact"]["normal_load"], job["contact"]["speed"]) = (json!(60e3), json!(10));
             job["contact"]["placement"] =
@@ -225,7 +223,6 @@ fn mistakes_about_both_wheels_are_told() {
         },
         &[
             "stability.full: takes one contact; expected contact.wheels = \"one\", or a job with modes",
-            "analyses.cycles: the wheelset turns about its axle without stiffness",
             "found running circles 1.54 m apart",
             "contact.placement.touch_near: names one place",
         ],

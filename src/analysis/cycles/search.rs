@@ -39,7 +39,7 @@ impl Family for Search<'_> {
         let ready = rolling.ready()?;
         let model = ready.model(&pair);
         let (_, settings) = ready.initial_state(&model, &rolling)?;
-        Ok(Conditions { settings, interface: ready.interface().clone() })
+        Ok(Conditions { settings, interface: ready.interface().clone(), load: ready.load().to_vec() })
     }
 
     fn dynamics(&self, key: f64) -> Result<Option<ModalDynamics>> {

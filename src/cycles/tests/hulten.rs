@@ -135,7 +135,7 @@ impl Family for Belts {
                 0.0,
             ),
         };
-        Ok(Conditions { settings, interface: self.0.clone() })
+        Ok(Conditions { settings, interface: self.0.clone(), load: Vec::new() })
     }
 }
 

@@ -15,6 +15,7 @@ use std::f64::consts::PI;
 
 mod belt;
 mod damped;
+mod free;
 mod hulten;
 mod rolling;
 mod two_contacts;
@@ -32,6 +33,10 @@ struct Belt(Interface);
 impl Belt {
     fn new() -> Self {
         Self(Interface::points(vec![0.0], vec![[0.0; 2]]).unwrap())
+    }
+
+    fn law() -> Exponential {
+        Exponential { memory_length: 1e-5, ..Exponential::new(0.4, 0.2, 0.3) }
     }
 
     fn residual() -> Mat<f64> {
@@ -58,10 +63,9 @@ impl Belt {
 
 impl Family for Belt {
     fn conditions(&self, key: f64) -> crate::Result<Conditions> {
-        let law = Exponential { memory_length: 1e-5, ..Exponential::new(0.4, 0.2, 0.3) };
         let settings = Settings {
             scheme: Scheme { step: 1e-5, theta: 0.5 },
-            friction: FrictionLaw::from(law).into(),
+            friction: FrictionLaw::from(Self::law()).into(),
             solver: ContactSolver::Newton,
             tolerance: 1e-12,
             drive: Loading::constant(
@@ -70,7 +74,7 @@ impl Family for Belt {
                 key,
             ),
         };
-        Ok(Conditions { settings, interface: self.0.clone() })
+        Ok(Conditions { settings, interface: self.0.clone(), load: Vec::new() })
     }
 }
 

@@ -44,7 +44,7 @@ impl Rolling {
             tolerance: 1e-12,
             drive: Loading::constant(self.load, creepage, SPEED),
         };
-        Conditions { settings, interface: self.interface.clone() }
+        Conditions { settings, interface: self.interface.clone(), load: Vec::new() }
     }
 }
 

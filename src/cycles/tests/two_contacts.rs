@@ -99,7 +99,7 @@ impl Family for Balls {
             tolerance: 1e-12,
             drive: Loading::of_loads(&loads, (0..self.count()).map(drive).collect()),
         };
-        Ok(Conditions { settings, interface: self.interface.clone() })
+        Ok(Conditions { settings, interface: self.interface.clone(), load: Vec::new() })
     }
 }
 

@@ -266,7 +266,7 @@ impl Contact {
     }
 
     /// Takes off the places and the shift that follow from the forces on a wheel.
-    pub(super) fn remove_places(&mut self) {
+    pub(in crate::job) fn remove_places(&mut self) {
         if self.places == ContactPlaces::All && self.vertical_load.is_some() {
             self.normal_load = None;
             let shifted = self.lateral_force.is_some();

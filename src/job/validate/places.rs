@@ -277,16 +277,6 @@ fn check_analyses(job: &Job, contact: &Contact, several: &SeveralContacts, fault
              the modes"
         ));
     }
-    let swept = analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
-    for (name, given) in [("cycles", analyses.cycles.is_some()), ("sweep.cycles", swept.is_some())] {
-        if contact.wheels != ContactWheels::Both || !given {
-            continue;
-        }
-        faults.push(format!(
-            "analyses.{name}: the wheelset turns about its axle without stiffness, so that the mean of this motion \
-             does not follow from the forces; expected contact.wheels = \"one\" and a wheel whose bore is fixed"
-        ));
-    }
     if analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
         faults.push(format!(
             "analyses.stability.full: takes one contact; expected {without}, or a job with modes, steady, \

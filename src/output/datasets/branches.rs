@@ -189,7 +189,10 @@ impl BranchTables<'_> {
             let values: Vec<f64> = points.iter().flat_map(|p| of(p)).collect();
             Table::new(&path(name), units, text, &[&[points.len()], shape].concat(), values)
         };
-        vec![
+        let along = self.structure.1.patches.get(number).and_then(|patch| self.structure.0.free_along(patch.nodes()));
+        let text = "Change of the mean creep velocity along x by the rotation of the wheelset, which is free.";
+        let turned = along.map(|along| rows("free_creep", "m/s", text, &[], &|p| vec![along * p.cycle.drift]));
+        let mut all = vec![
             rows("force", "N", "Mean contact force (x, y, z) on body 1.", &[3], &|p| of(p).sway()[1].to_vec()),
             rows("force_rms", "N", "Root mean square of the force about its mean.", &[3], &|p| {
                 of(p).sway()[0].to_vec()
@@ -221,7 +224,9 @@ impl BranchTables<'_> {
                 &[told.len(), steps, 2],
                 told.iter().flat_map(|p| of(p).nodes.into_flattened()).map(|n| n as i64).collect::<Vec<i64>>(),
             ),
-        ]
+        ];
+        all.extend(turned);
+        all
     }
 
     /// Motion and contact of every cycle, from which later runs begin.
@@ -231,7 +236,12 @@ impl BranchTables<'_> {
         let (structure, interface) = self.structure;
         let (basis, r, n) = (structure.basis(), structure.rank(), interface.len());
         let parts = points().next().map_or(0, |(_, p)| p.u.len().saturating_sub(2) / r.max(1));
-        let motion = points().flat_map(|(unit, p)| p.u[..r * parts].iter().map(move |u| unit * u));
+        // The mean of a motion that nothing holds is a velocity, not a displacement.
+        let free = structure.free_along(0..1).map(|_| r - 1);
+        let motion = points().flat_map(|(unit, p)| {
+            let mean = move |k: usize| if Some(k) == free { 0.0 } else { unit };
+            p.u[..r * parts].iter().enumerate().map(move |(k, u)| mean(k) * u)
+        });
         let memory = points().next().map_or(0, |(_, p)| p.cycle.begin.friction.len());
         let motions = points().next().map_or(1, |(_, p)| p.cycle.begin.motions.len());
         let sizes = [motions];
