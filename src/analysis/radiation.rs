@@ -72,15 +72,17 @@ impl RadiationInput {
         // The largest body needs the most, among which those of all others can be interpolated.
         let grids = radiators.iter().map(|one| one.frequencies(&bands));
         let grid = grids.max_by_key(Vec::len).unwrap_or_default();
-        let added = |mut sum: Vec<f64>, more: Vec<f64>| {
+        let added = |sum: &mut Vec<f64>, more: Vec<f64>| {
             sum.resize(more.len(), 0.0);
             sum.iter_mut().zip(more).for_each(|(sum, more)| *sum += more);
-            sum
         };
-        let some = radiators.iter().map(|one| one.resistances(&grid, world.rank, world.size));
-        let some = world.agree(some.collect::<Result<Vec<_>>>())?.into_iter().fold(Vec::new(), added);
-        let plane = radiators.iter().map(|one| one.of_plane_waves(&bands)).collect::<Result<Vec<_>>>()?;
-        let plane = plane.into_iter().fold(Vec::new(), added);
+        let (mut some, mut plane) = (Vec::new(), Vec::new());
+        let all = radiators.iter().try_for_each(|one| {
+            added(&mut some, one.resistances(&grid, world.rank, world.size)?);
+            added(&mut plane, one.of_plane_waves(&bands)?);
+            Ok(())
+        });
+        world.agree(all)?;
         Ok(Self { resistances: world.sum_all(&some), plane, grid })
     }
 

@@ -306,7 +306,8 @@ impl<'a, 's> Balance<'a, 's> {
                 coefficients[slot] += self.conditions.load.get(free.mode).copied().unwrap_or(0.0) / free.size;
                 let turned = self.drift(z) * omega / free.size;
                 seen.iter_mut().zip(&free.gyroscopic).for_each(|(z, by)| *z += by * turned);
-                seen[slot] = C::new(self.unit * own(0, slot) + free.receptance(omega) * coefficients[slot], 0.0);
+                let force = coefficients[slot] - free.damping * turned / free.size;
+                seen[slot] = C::new(self.unit * own(0, slot) + free.receptance(omega) * force, 0.0);
             }
             if k == 0 {
                 lack.extend(seen.iter().enumerate().map(|(i, s)| s.re / self.unit - own(0, i)));

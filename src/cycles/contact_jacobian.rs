@@ -12,6 +12,7 @@
 //! next. Therefore ∂f is what is kept and updated, and R is evaluated anew.
 
 use super::corrector::{norm, Equations};
+use super::free::FreeMotion;
 use super::structure::Structure;
 use crate::Result;
 use faer::Mat;
@@ -89,7 +90,7 @@ impl Equations<'_, '_> {
             let turn = C::new(0.0, samples / PI * (PI * k as f64 / samples).tan());
             let s = turn * omega + if k == 0 { 0.0 } else { growth };
             let [mut response, slope] = structure.receptance(s);
-            let slot = r - 1;
+            let slot = r.saturating_sub(1);
             let free = structure.free.as_ref().filter(|_| k == 0);
             if let Some(free) = free {
                 (0..r).for_each(|i| (response[(i, slot)], response[(slot, i)]) = (C::default(), C::default()));
@@ -107,10 +108,19 @@ impl Equations<'_, '_> {
             let product = &block * contact.derivative.as_ref().subrows(first, rows);
             j.as_mut().subrows_mut(first, rows).copy_from(&product);
             if let Some(free) = free {
-                // The mean velocity u ω/|ψ| of what nothing holds, of which u is a coefficient and no displacement.
+                // The mean velocity u ω/|ψ| of what nothing holds, of which u is a coefficient and no displacement:
+                // what a velocity of 1 makes of each equation.
+                let by_velocity = |of: &FreeMotion, i: usize| match i == slot {
+                    true => -free.receptance(omega) * of.damping / of.size,
+                    false => of.gyroscopic[i],
+                };
                 for i in 0..r {
-                    j[(i, slot)] += free.gyroscopic[i] * omega / free.size + if i == slot { 1.0 } else { 0.0 };
-                    j[(i, n)] += free.gyroscopic[i] * u[slot] * self.omega / free.size;
+                    let by = by_velocity(free, i) / free.size;
+                    j[(i, slot)] += by * omega + if i == slot { 1.0 } else { 0.0 };
+                    j[(i, n)] += by * u[slot] * self.omega;
+                    if let Some((Some(there), step)) = beside.as_ref().map(|(there, step)| (&there.free, step)) {
+                        j[(i, n + 1)] += (by_velocity(there, i) / free.size - by) * u[slot] * omega / step;
+                    }
                 }
             }
             // Change of the motion with an unknown that changes R by `change`.

@@ -36,6 +36,10 @@ pub struct Multipliers {
 const SPILL: usize = 13;
 /// Multipliers that are told of a cycle.
 const TOLD: usize = 12;
+/// Distance of two multipliers that are conjugate.
+const PAIR: f64 = 1e-12;
+/// Error of the multiplier of a motion that nothing holds.
+const FREE: f64 = 1e-2;
 /// Growth of the logarithm in a period that the rounding of a march may make.
 const ROUNDING: f64 = 1e-6;
 
@@ -161,9 +165,15 @@ fn sorted(mut all: Vec<C>, free: bool) -> Result<Multipliers> {
         found.ok_or_else(|| Error::Defect("limit cycles: no multipliers".into()))
     };
     let mut phase = all.remove(nearest(&all)?);
-    if free {
-        // Both are 1 but for the error of a march, which is that of the phase.
+    // Both are 1 but for the error of a march, which is that of the phase. Of a pair one alone may be there.
+    let paired = phase.im != 0.0 && all.iter().all(|v| (v - phase.conj()).norm() > PAIR);
+    if free && !paired {
         let other = all.remove(nearest(&all)?);
+        if (other - 1.0).norm() > FREE {
+            return Err(Error::NotConverged(format!(
+                "limit cycles: the multiplier of a motion that nothing holds is {other:.4}, expected 1"
+            )));
+        }
         if (other - 1.0).norm() > (phase - 1.0).norm() {
             phase = other;
         }

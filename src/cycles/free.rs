@@ -3,9 +3,10 @@
 //! The contact knows the rate of its displacement q alone. In a cycle q = vt + a periodic part, and the mean velocity v
 //! is the one at which the mean of the forces on the motion vanishes:
 //!
-//! ψᵀR₀ + f = 0
+//! ψᵀR₀ + f − cv = 0
 //!
-//! with the mean contact forces R₀ and the load f, which keeps the state of rest. Where other functions of the motion
+//! with the mean contact forces R₀, the load f, which keeps the state of rest, and the damping c of the motion by its
+//! mass, if any. Where other functions of the motion
 //! at the contact have their mean displacement among the unknowns, that of ψ has its drift |ψ|v/ω over a radian of the
 //! phase, and its equation is the one above, times |ψ|/ω². Gyroscopic forces of the mean velocity are loads −Cv on
 //! other modes.
@@ -29,6 +30,8 @@ pub(super) struct FreeMotion {
     pub(super) mode: usize,
     /// |ψ|, 1/√kg.
     pub(super) size: f64,
+    /// c, 1/s.
+    pub(super) damping: f64,
     /// Motion of what acts at the contact under the gyroscopic forces of a mean velocity of 1 m √kg/s, `[r]`, s.
     pub(super) gyroscopic: Vec<f64>,
 }

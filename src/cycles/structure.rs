@@ -85,7 +85,8 @@ impl<'a> Structure<'a> {
             });
             let moved = new.response(C::default(), &force.collect::<Vec<C>>())?;
             let gyroscopic = new.at_contact(&moved).iter().map(|z| z.re).collect();
-            new.free = Some(FreeMotion { mode, size: new.mix[new.rank() - 1][mode], gyroscopic });
+            let (size, damping) = (new.mix[new.rank() - 1][mode], new.model.damping.get(mode, mode));
+            new.free = Some(FreeMotion { mode, size, damping, gyroscopic });
         }
         Ok(new)
     }
@@ -191,11 +192,13 @@ impl Structure<'_> {
             stepper.advance()?;
             samples[n % count] = seen(stepper);
         }
-        // What nothing holds moves on over a period.
-        let slot = self.rank() - 1;
-        let drift = self.free.as_ref().map_or(0.0, |_| samples[0][slot] - start[slot]);
-        let gone = |n: usize| drift * if n == 0 { 1.0 } else { n as f64 / count as f64 };
-        samples.iter_mut().enumerate().for_each(|(n, sample)| sample[slot] -= gone(n));
+        // What nothing holds moves on over a period; the first sample is the end of it.
+        let slot = self.free.as_ref().map(|_| self.rank() - 1);
+        let drift = slot.map_or(0.0, |slot| samples[0][slot] - start[slot]);
+        if let Some(slot) = slot {
+            let gone = |n: usize| drift * if n == 0 { 1.0 } else { n as f64 / count as f64 };
+            samples.iter_mut().enumerate().for_each(|(n, sample)| sample[slot] -= gone(n));
+        }
         let mut z = Vec::new();
         for k in 0..=resolution.harmonics {
             let all = harmonic(&samples, k);
@@ -204,7 +207,7 @@ impl Structure<'_> {
                 z.extend(all.iter().map(|z| -z.im));
             }
         }
-        if self.free.is_some() {
+        if let Some(slot) = slot {
             z[slot] = drift / (2.0 * PI);
         }
         Ok(z)

@@ -195,6 +195,24 @@ fn both_wheels_roll_in_time() {
     assert!(along[0] != along[1], "the same contact twice");
 }
 
+/// A wheelset that nothing pushes stays at rest: the torque of what drives it balances that of the contacts.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn braked_wheelset_stays_at_its_creepages() {
+    let mut job = in_time("load");
+    let transient = &mut job["analyses"]["transient"];
+    (transient["duration"], transient["step"]) = (json!(4e-3), json!(4e-5));
+    transient["start"] = json!({ "state": "steady" });
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &[]).good();
+    for name in ["transient/force", "transient_2/force"] {
+        let force = read::<f64>(&folder, "job.h5", name);
+        assert!(force[0].abs() > 1e3, "{name}: a wheelset that rolls freely says nothing");
+        let moved = force.chunks(3).flat_map(|f| [0, 1].map(|c| (f[c] - force[c]).abs())).fold(0.0, f64::max);
+        assert!(moved < 1e-5 * 20e3, "{name}: {moved} N");
+    }
+}
+
 /// A run that is killed goes on to the same bits.
 #[test]
 #[ignore = "long: scripts/validate long"]
