@@ -101,7 +101,7 @@ impl RadiationInput {
     }
 }
 
-/// Square matrices of some blocks `[matrices × n × n]`, each with its n, as blocks along the diagonal of matrices of all.
+/// Matrices with some blocks along the diagonal, from those of each block, `[matrices × n × n]`, with its n.
 fn diagonal(blocks: &[(usize, &[f64])]) -> Vec<f64> {
     let order: usize = blocks.iter().map(|(n, _)| n).sum();
     let count = blocks.first().map_or(0, |(n, values)| values.len() / (n * n));

@@ -172,8 +172,8 @@ pub fn enough_descriptors() -> Result<()> {
 const START: f64 = 128.0;
 
 /// An error if the address space of this process (`ulimit -v`) leaves too little for MPI and the libraries, which then
-/// crash or wait for ever. Below some 160 MB the libraries cannot be loaded, and below some 320 MB OpenBLAS 0.3.29 waits
-/// for ever while it is loaded: no line of this program runs.
+/// crash or wait for ever. Below some 160 MB the libraries cannot be loaded, and below some 320 MB OpenBLAS 0.3.29
+/// waits for ever while it is loaded: no line of this program runs.
 pub fn enough_address_space() -> Result<()> {
     let limit = Limit::of_process();
     if limit.bytes < 1e6 * START {

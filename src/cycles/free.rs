@@ -37,7 +37,7 @@ pub(super) struct FreeMotion {
 }
 
 impl FreeMotion {
-    /// What the mean force has to vanish times, |ψ|²/ω², m² kg/N²s² … as a compliance.
+    /// Factor |ψ|²/ω² of the mean force in the equation, that of a displacement.
     pub(super) fn receptance(&self, omega: f64) -> f64 {
         (self.size / omega).powi(2)
     }

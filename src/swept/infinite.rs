@@ -68,7 +68,7 @@ pub struct InfiniteRailSpec {
     pub angle: f64,
     /// Loss factor of the rail.
     pub loss: f64,
-    /// Where forces act.
+    /// Places at which forces act.
     pub places: Vec<ForcePlace>,
 }
 

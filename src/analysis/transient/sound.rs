@@ -344,7 +344,7 @@ struct Impulse {
 }
 
 impl Impulse {
-    /// Of so many components.
+    /// None yet of so many components.
     fn new(components: usize) -> Self {
         Self { first: None, sum: vec![0.0; components] }
     }

@@ -1,6 +1,5 @@
 //! A mass that sways across a belt which nothing holds along its motion: as a wheelset, the belt goes as fast as the
-//! constant force lets it that drives it at rest. A mass that sways holds it back less than one at rest, so that it goes
-//! faster.
+//! constant force lets it that drives it at rest.
 
 use super::belt::beside_differences;
 use super::*;
@@ -61,7 +60,7 @@ impl FreeBelt {
         ([-ALONG * pull, -pull, LOAD], mu)
     }
 
-    /// What keeps the belt at rest at this velocity.
+    /// Load of the modes that keeps the belt at rest at this velocity.
     fn load(&self, v: f64) -> Vec<f64> {
         let (reaction, _) = self.rest(v);
         vec![0.0, -self.modes[(0, 1)] * reaction[0], 0.0]
@@ -79,8 +78,8 @@ impl Family for FreeBelt {
     }
 }
 
-/// What a march has over whole periods of the mass: frequency, Hz, mean kinetic energy beside the mean velocity of the
-/// belt, J, and this velocity, m √kg/s.
+/// Quantities of a march over whole periods of the mass: frequency, Hz, mean kinetic energy beside the mean velocity of
+/// the belt, J, and this velocity, m √kg/s.
 fn measured(stepper: &mut Stepper<'_>, step: f64, periods: usize) -> [f64; 3] {
     let (mut time, mut sums, mut count) = (Vec::new(), [0.0; 2], 0.0);
     let mut before = stepper.state().v[0];
