@@ -53,7 +53,9 @@ step cargo test --release --quiet --test mpi
 step cargo test --release --quiet --test cli -- usage:: failures:: interrupted:: cycles::
 step scripts/package
 begun=$SECONDS
-installed_package || fail "$release: the package does not do what it should"
+say "$release: the package in another system"
+# Alone on its line: after an || no command of it would end it.
+installed_package
 times+=("$(printf '%6d s  %s' $((SECONDS - begun)) 'another system, the package, a job')")
 printf '%s\n' "${times[@]}"
 say "all is well on $(sed -n 's/^PRETTY_NAME="\(.*\)"/\1/p' "$system/etc/os-release")"
