@@ -154,9 +154,9 @@ fn rails_are_heard_under_all_contacts() {
         curve["analyses"] = json!({
             "modes": { "max_frequency": modes },
             "transient": {
-                "duration": 0.02, "step": 5e-5, "segment": 100,
+                "duration": 0.052, "step": 5e-5, "segment": 300,
                 "start": { "state": "steady", "random": { "seed": 3, "energy": 1e-3 } },
-                "sound_power": { "min_frequency": 250, "max_frequency": 450, "from": 2e-3 }
+                "sound_power": { "min_frequency": 400, "max_frequency": 450, "from": 2e-3 }
             }
         });
         curve["output"] = json!({ "fields": false });
