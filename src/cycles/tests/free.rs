@@ -123,12 +123,7 @@ fn belt_that_nothing_holds_goes_as_a_march_says() {
         (0..400 * FEW.samples).for_each(|_| stepper.advance().unwrap());
         let [frequency, kinetic, drift] = measured(&mut stepper, step, 50);
         let z = structure.follow(&mut stepper, FEW).unwrap();
-        let state = stepper.state();
-        let memory = ContactMemory {
-            reaction: state.reaction.clone(),
-            friction: state.friction.clone(),
-            motions: state.motions.clone(),
-        };
+        let memory = ContactMemory::from_state(stepper.state());
         let unit = z[structure.rank()..].iter().map(|z| z * z).sum::<f64>().sqrt();
         let mut equations = Equations {
             structure: &structure,

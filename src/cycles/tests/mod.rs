@@ -105,12 +105,7 @@ fn cycles_of_a_mass_on_a_belt_turn_back_at_the_fold_and_end_at_rest() {
     let v = 0.62;
     let mut stepper = marched(&belt, &model, v, 1.2 * v, 1.0);
     let z = structure.follow(&mut stepper, RESOLUTION).unwrap();
-    let state = stepper.state();
-    let memory = ContactMemory {
-        reaction: state.reaction.clone(),
-        friction: state.friction.clone(),
-        motions: state.motions.clone(),
-    };
+    let memory = ContactMemory::from_state(stepper.state());
     let unit = z[1..].iter().map(|z| z * z).sum::<f64>().sqrt();
     let mut equations = Equations {
         structure: &structure,
