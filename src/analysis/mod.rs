@@ -76,7 +76,6 @@ pub fn check(job: &Job) -> Result<()> {
 /// Capabilities of the bodies that the analyses of the contact need, and the keys that ask for them.
 fn wanted(job: &Job) -> Vec<(&'static str, Capability)> {
     let a = &job.analyses;
-    let cycles = a.sweep.as_ref().and_then(|s| s.cycles.as_ref());
     let transient = |of: &dyn Fn(&crate::job::Transient) -> bool| a.transient.as_ref().is_some_and(of);
     let all = [
         ("steady", a.steady.is_some(), Capability::Grid),
@@ -89,11 +88,10 @@ fn wanted(job: &Job) -> Vec<(&'static str, Capability)> {
         ("transient.model", transient(&|t| t.model == TransientModel::Full), Capability::FullSystem),
         ("transient.points", transient(&|t| !t.points.is_empty()), Capability::Fields),
         ("transient.sound_power", transient(&|t| t.sound_power.is_some()), Capability::Surface),
-        ("sweep.cycles.sound_power", cycles.is_some_and(|c| c.sound_power.is_some()), Capability::Surface),
-        ("cycles.sound_power", a.cycles.as_ref().is_some_and(|c| c.sound_power.is_some()), Capability::Surface),
         ("transient.body_stride", transient(&|t| t.body_stride > 0), Capability::Fields),
     ];
-    all.into_iter().filter(|w| w.1).map(|(key, _, what)| (key, what)).collect()
+    let sounds = a.limit_cycle_sounds().map(|(key, sound)| (key, sound.is_some(), Capability::Surface));
+    all.into_iter().chain(sounds).filter(|w| w.1).map(|(key, _, what)| (key, what)).collect()
 }
 
 /// An error if an analysis needs what a body cannot give.
@@ -117,12 +115,9 @@ fn capable(job: &Job) -> Result<()> {
             Capability::FullSystem => "matrices",
             Capability::SeveralContacts => "several contacts",
         };
-        let (of_transient, of_cycles) = (&job.analyses.transient, &job.analyses.sweep);
-        let sounding = match key {
-            "transient.sound_power" => of_transient.as_ref().and_then(|t| t.sound_power.as_ref()),
-            "cycles.sound_power" => job.analyses.cycles.as_ref().and_then(|c| c.sound_power.as_ref()),
-            _ => of_cycles.as_ref().and_then(|s| s.cycles.as_ref()).and_then(|c| c.sound_power.as_ref()),
-        };
+        let of_transient = job.analyses.transient.as_ref().and_then(|t| t.sound_power.as_ref());
+        let of_cycles = job.analyses.limit_cycle_sounds().into_iter().find(|of| of.0 == key).and_then(|of| of.1);
+        let sounding = if key == "transient.sound_power" { of_transient } else { of_cycles };
         let sounding = sounding.map(|s| &s.bodies);
         let asked =
             |name: &str| what != Capability::Surface || sounding.is_none_or(|all| all.iter().any(|b| b.name() == name));

@@ -80,12 +80,10 @@ fn on_meshes(job: &Job) -> bool {
     needs_elements(job) && job.bodies().iter().all(|(_, b)| b.is_meshed())
 }
 
-/// True if the sound of limit cycles is wanted, of a sweep or of branches: how the modes radiate is computed where
-/// something squeals.
+/// True if the sound of limit cycles is wanted, of a sweep, of samples or of branches: how the modes radiate is
+/// computed where something squeals.
 pub fn is_heard(job: &Job) -> bool {
-    let cycles = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
-    let branches = job.analyses.cycles.as_ref();
-    cycles.is_some_and(|c| c.sound_power.is_some()) || branches.is_some_and(|b| b.sound_power.is_some())
+    job.analyses.limit_cycle_sounds().iter().any(|(_, sound)| sound.is_some())
 }
 
 /// True if the modes of bodies swept from a section are found again, which takes seconds, for a run that takes up one

@@ -125,15 +125,15 @@ fn default_branches() -> Vec<Branch> {
     vec![Branch::Up, Branch::Down]
 }
 
-fn default_duration() -> f64 {
+pub(super) fn default_duration() -> f64 {
     5.0
 }
 
-fn default_settled() -> f64 {
+pub(super) fn default_settled() -> f64 {
     1e-3
 }
 
-fn default_amplitude() -> f64 {
+pub(super) fn default_amplitude() -> f64 {
     1e-7
 }
 

@@ -69,6 +69,17 @@ pub(super) fn faults(wanted: &Uncertainty) -> Vec<String> {
         }
         _ => {}
     }
+    if let Some(cycles) = &wanted.cycles {
+        let (found, replicates) = (cycles.samples, wanted.replicates() as u32);
+        if found > wanted.samples {
+            faults.push(format!("cycles.samples: found {found}, expected at most the {} samples", wanted.samples));
+        } else if found % replicates != 0 {
+            faults.push(format!(
+                "cycles.samples: found {found}, expected as many of each of the {replicates} replicates, e.g. {}",
+                replicates * found.div_ceil(replicates)
+            ));
+        }
+    }
     if wanted.samples as usize * wanted.points_per_sample() > MAX_POINTS {
         faults.push(format!(
             "samples: found {} of {} points each, expected at most {MAX_POINTS} points in all",

@@ -46,8 +46,8 @@ pub struct ResultFile<'w> {
     all: bool,
     /// Temporary files, removed when the file is complete.
     leftovers: Vec<PathBuf>,
-    /// A folder that goes once the file is complete.
-    discarded: Option<PathBuf>,
+    /// Folders that go once the file is complete.
+    discarded: Vec<PathBuf>,
 }
 
 impl<'w> ResultFile<'w> {
@@ -76,7 +76,7 @@ impl<'w> ResultFile<'w> {
             kept: None,
             all: false,
             leftovers: Vec::new(),
-            discarded: None,
+            discarded: Vec::new(),
         })
     }
 
@@ -194,7 +194,7 @@ impl<'w> ResultFile<'w> {
 
     /// The folder `path` goes once the file is complete: what it keeps is then in the file.
     pub(crate) fn discard(&mut self, path: &Path) {
-        self.discarded = Some(path.to_owned());
+        self.discarded.push(path.to_owned());
     }
 
     /// The datasets of `group` in these segments become part of the file, which then takes their place.
@@ -256,7 +256,7 @@ impl<'w> ResultFile<'w> {
             for path in leftovers {
                 let _ = std::fs::remove_file(path);
             }
-            if let Some(folder) = discarded {
+            for folder in discarded {
                 let _ = std::fs::remove_dir_all(folder);
             }
             // Those of an earlier run do not belong to this file.

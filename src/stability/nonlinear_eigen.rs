@@ -79,7 +79,7 @@ const LISTED: f64 = 0.7;
 const MARGIN: f64 = 0.1;
 /// Step along the ray of the logarithm of frequency, and how often it may be halved.
 const STEP: f64 = 1.0;
-const HALVINGS: usize = 10;
+const HALVINGS: usize = 14;
 /// Largest change of the logarithm along a step, and of that change from one step to the next.
 const SMOOTH: [f64; 2] = [0.8, 0.4];
 /// How far below and above the frequencies of the modes the ray is followed at least and at the most, in logarithms.
@@ -187,7 +187,7 @@ impl<'m> NonlinearEigenproblem<'m> {
         };
         let [low, high] = modes.range();
         let rate = (low * high).sqrt();
-        let view = BodyView { modes: shapes.as_ref(), residual: bodies.residual.as_ref() };
+        let view = BodyView { modes: &shapes, residual: &bodies.residual };
         let rows = contact_rows(view, contact)?;
         let contact = CondensedContact::new(rows, modes.rank, rate);
         let computed = || contact.relaxations(rate, angle);

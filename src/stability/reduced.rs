@@ -17,7 +17,7 @@
 //! vanishes; the pencil is therefore solved by one real shift and inversion.
 
 use faer::linalg::solvers::Solve;
-use faer::{Mat, MatRef};
+use faer::Mat;
 use num_complex::Complex;
 
 use crate::contact::{LinearContact, LinearNode};
@@ -126,14 +126,14 @@ fn yielding(contact: &LinearContact) -> Vec<Yielding> {
 #[derive(Clone, Copy)]
 pub(super) struct BodyView<'a> {
     /// `[3n, m]`.
-    pub modes: MatRef<'a, f64>,
+    pub modes: &'a Mat<f64>,
     /// `[3n, 3n]`, m/N.
-    pub residual: MatRef<'a, f64>,
+    pub residual: &'a Mat<f64>,
 }
 
 impl<'a> From<&'a CoupledModel> for BodyView<'a> {
     fn from(pair: &'a CoupledModel) -> Self {
-        Self { modes: pair.modes.as_ref(), residual: pair.residual.as_ref() }
+        Self { modes: &pair.modes, residual: &pair.residual }
     }
 }
 
@@ -154,21 +154,27 @@ impl<'a> Responses<'a> {
         let rows: Vec<usize> = contact.places().into_iter().flat_map(|i| 3 * i..3 * i + 3).collect();
         let mut place = vec![usize::MAX; s.nrows()];
         rows.iter().enumerate().for_each(|(k, &row)| place[row] = k);
-        // Column by column, as they lie in memory.
-        let column = |node: usize, [x, y, n]: [f64; 3], out: &mut [f64]| {
-            let terms = [(0, x), (1, y), (2, n)];
-            for (c, factor) in terms.into_iter().filter(|t| t.1 != 0.0) {
-                out.iter_mut().zip(&rows).for_each(|(o, &row)| *o += factor * s[(row, 3 * node + c)]);
-            }
-        };
-        let mut by_force = Mat::zeros(rows.len(), unknowns.len());
-        for (j, f) in unknowns.iter().enumerate() {
-            column(nodes[f.at].node, [f.along[0], f.along[1], 0.0], by_force.col_as_slice_mut(j));
-        }
-        let mut by_pressure = Mat::zeros(rows.len(), nodes.len());
+        let (mut by_force, mut by_pressure) =
+            (Mat::zeros(rows.len(), unknowns.len()), Mat::zeros(rows.len(), nodes.len()));
+        let mut at_node: Vec<Vec<usize>> = vec![Vec::new(); nodes.len()];
+        unknowns.iter().enumerate().for_each(|(j, f)| at_node[f.at].push(j));
+        // Column by column, as they lie in memory, and each of them once.
+        let mut asked = vec![0.0; rows.len()];
         for (j, n) in nodes.iter().enumerate() {
             let [x, y] = n.tangent.friction();
-            column(n.node, [x, y, 1.0], by_pressure.col_as_slice_mut(j));
+            for (c, by_pressures) in [x, y, 1.0].into_iter().enumerate() {
+                let column = s.col_as_slice(3 * n.node + c);
+                asked.iter_mut().zip(&rows).for_each(|(a, &row)| *a = column[row]);
+                let add = |out: &mut [f64], factor: f64| {
+                    if factor != 0.0 {
+                        out.iter_mut().zip(&asked).for_each(|(o, a)| *o += factor * a);
+                    }
+                };
+                add(by_pressure.col_as_slice_mut(j), by_pressures);
+                for &k in at_node[j].iter().filter(|_| c < 2) {
+                    add(by_force.col_as_slice_mut(k), unknowns[k].along[c]);
+                }
+            }
         }
         Self { bodies, place, by_force, by_pressure }
     }

@@ -101,6 +101,64 @@ fn limit_cycles_are_the_same_on_two_ranks_and_after_a_stop() {
     assert!(!kept.exists());
 }
 
+/// Samples of a study are as loud as the limit cycle that a sweep gives at their values; stable ones are silent.
+#[test]
+fn samples_are_as_loud_as_their_limit_cycles() {
+    let mut cycles = quick();
+    cycles["harmonics"] = json!(8);
+    cycles["sound_power"] = json!({ "min_frequency": 200, "bodies": ["upper"] });
+    let mut job = swept(cycles.clone());
+    let analyses = job["analyses"].as_object_mut().expect("analyses");
+    let mut sweep = analyses.remove("sweep").expect("sweep");
+    cycles.as_object_mut().expect("cycles").remove("harmonics");
+    cycles["samples"] = json!(4);
+    let input = json!({
+        "key": "contact.creepage.lateral", "distribution": { "uniform": { "from": 0.002, "to": 0.016 } }
+    });
+    let study = json!({
+        "inputs": [input], "samples": 8, "method": "latin_hypercube", "indices": false, "cycles": cycles
+    });
+    analyses.insert("uncertainty".into(), study);
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &["--output", &folder.text("study.h5")]);
+    for part in ["limit cycles", "of 4 samples squeal", "dB(A) of those that squeal", "one in twenty is louder than"] {
+        assert!(ran.good().out.contains(part), "{part:?} is not in\n{}", ran.out);
+    }
+    for left in ["study.cycles", "study.uncertainty"] {
+        assert!(!folder.path(left).exists(), "{left} is left");
+    }
+    let file = open(folder.path("study.h5"));
+    let read = |name: &str| file.dataset(&format!("uncertainty/{name}")).and_then(|d| d.read_raw::<f64>());
+    let numbers = |name: &str| read(name).unwrap_or_else(|e| panic!("{name}: {e}"));
+    let creepages = numbers("values/contact.creepage.lateral");
+    let unstable: Vec<i64> = file.dataset("uncertainty/unstable").and_then(|d| d.read_raw()).expect("numbers");
+    let fate: Vec<i8> = file.dataset("uncertainty/cycles/fate").and_then(|d| d.read_raw()).expect("fates");
+    let level = numbers("cycles/level_a");
+    assert!(fate.len() == 4 && unstable.len() == 8, "{fate:?}, {unstable:?}");
+    for k in 0..4 {
+        assert_eq!((fate[k] > 0, level[k].is_finite()), (unstable[k] > 0, unstable[k] > 0), "{k}: {level:?}");
+    }
+    let loud = (0..4).find(|&k| fate[k] > 0).expect("one that squeals");
+    assert!(fate.contains(&0), "one that is silent: {fate:?}");
+    let quantiles = numbers("cycles/quantiles");
+    assert!(quantiles.windows(2).all(|q| q[0] <= q[1]) && quantiles[6] == level.iter().copied().fold(0.0, f64::max));
+
+    sweep["keys"]["contact.creepage.lateral"] = json!([creepages[loud]]);
+    sweep["cycles"]["branches"] = json!(["mode"]);
+    let analyses = job["analyses"].as_object_mut().expect("analyses");
+    analyses.remove("uncertainty");
+    analyses.insert("sweep".into(), sweep);
+    let single = Folder::with(job.to_string());
+    single.call(1, "run", &["--output", &single.text("point.h5")]).good();
+    let point = open(single.path("point.h5"));
+    let of_sweep = |name: &str| point.dataset(&format!("sweep/cycles/{name}")).and_then(|d| d.read_raw::<f64>());
+    let of_sweep = |name: &str| of_sweep(name).unwrap_or_else(|e| panic!("{name}: {e}"))[0];
+    for name in ["frequency", "kinetic", "sound_power/upper/total_level_a"] {
+        let (found, want) = (numbers(&format!("cycles/{name}"))[loud], of_sweep(name));
+        assert!((found / want - 1.0).abs() < 1e-6, "{name}: {found} against {want}");
+    }
+}
+
 /// A sweep with sound that was stopped has left its mode shapes: it goes on with them, and sounds the same.
 #[test]
 #[ignore = "long: scripts/validate long"]

@@ -1,4 +1,4 @@
-"""Uncertain squeal: probability by mode, growth rates, Sobol' indices, and the samples over the inputs."""
+"""Uncertain squeal: probability by mode, growth rates, Sobol' indices, samples and maps over the inputs, and levels."""
 
 import textwrap
 from pathlib import Path
@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.lines import Line2D
 
 from ..result import Floats, Result
-from ..uncertainty import Uncertainty, named
+from ..uncertainty import Loudness, Uncertainty, named
 from .style import BLUE, GREY, ORANGE, RED, Canvas, heading, legend
 
 # Modes with a line of their own.
@@ -23,7 +23,8 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     made = probabilities(result, table, canvas) + growth_rates(result, table, canvas)
     if table.first is not None:
         made += tornado(result, table, canvas)
-    return made + scatter(result, table, canvas)
+    made += scatter(result, table, canvas) + conditional(result, table, canvas)
+    return made + levels(result, canvas)
 
 
 def short(name: str) -> str:
@@ -136,3 +137,44 @@ def scatter(result: Result, table: Uncertainty, canvas: Canvas) -> list[Path]:
     dots = [(RED, "unstable"), (BLUE, "stable")]
     legend(figure, [], [Line2D([], [], linestyle="none", marker="o", markersize=4, color=c, label=t) for c, t in dots])
     return canvas.save(figure, "uncertainty-scatter")
+
+
+def conditional(result: Result, table: Uncertainty, canvas: Canvas) -> list[Path]:
+    """Conditional probability of squeal over the two inputs that it depends on most."""
+    found = table.map()
+    if found is None:
+        return []
+    keys, ends, share = found
+    x, y = (named(result, key) for key in keys)
+    figure, axes = plt.subplots(figsize=(6.4, 4.8), layout="constrained")
+    mesh = axes.pcolormesh(x.factor * ends[0], y.factor * ends[1], share, vmin=0, vmax=1, cmap="viridis")
+    for (i, j), p in np.ndenumerate(share):
+        if np.isfinite(p):
+            at, up = x.factor * (ends[0][j] + ends[0][j + 1]) / 2, y.factor * (ends[1][i] + ends[1][i + 1]) / 2
+            axes.text(at, up, f"{p:.2f}", ha="center", va="center", fontsize=7, color="black" if p > 0.6 else "white")
+    axes.set_xlabel(textwrap.fill(x.axis, 60))
+    axes.set_ylabel(textwrap.fill(y.axis, 44))
+    figure.colorbar(mesh, label="probability of squeal")
+    axes.set_title(f"{heading(result)}probability of squeal where two inputs are known")
+    return canvas.save(figure, "uncertainty-map")
+
+
+def levels(result: Result, canvas: Canvas) -> list[Path]:
+    """Share of the followed samples that are louder than a level."""
+    if not Loudness.present(result):
+        return []
+    known = Loudness.from_result(result).sorted_levels
+    loud = known[np.isfinite(known)]
+    if not len(loud):
+        return []
+    figure, axes = plt.subplots(figsize=(7.2, 4.2), layout="constrained")
+    share = np.arange(len(loud), -1, -1) / len(known)
+    margin = max(0.05 * float(np.ptp(loud)), 1.0)
+    axes.step([loud[0] - margin, *loud], share, where="post", color=RED, linewidth=2)
+    axes.plot(loud, share[1:], ".", color=RED, markersize=5)
+    axes.set_xlim(loud[0] - margin, loud[-1] + margin)
+    axes.set_ylim(0, 1)
+    axes.set_xlabel("A-weighted sound power level of the louder body / dB re 1 pW")
+    axes.set_ylabel("share of the samples that are louder")
+    axes.set_title(f"{heading(result)}level of the limit cycles of {len(known)} samples")
+    return canvas.save(figure, "uncertainty-levels")

@@ -61,6 +61,7 @@ TABLES = {
     "uncertainty": "samples of the uncertain inputs",
     "uncertainty-modes": "probabilities and growth rates by mode",
     "uncertainty-indices": "Sobol' indices",
+    "uncertainty-cycles": "limit cycles of samples",
     "transient": "motion in time",
     "sound-power": "sound power in third octaves",
     "times": "times by stage",

@@ -42,6 +42,8 @@ CAPTIONS = {
     "uncertainty-growth": "Distribution of growth rates",
     "uncertainty-indices": "Influence of the inputs",
     "uncertainty-scatter": "Samples over the inputs",
+    "uncertainty-map": "Probability of squeal where two inputs are known",
+    "uncertainty-levels": "Levels of the limit cycles of samples",
     "curving-bogie": "The bogie in the curve, from above",
     "curving-contacts": "Places of contact",
     "curving-radius": "The wheels over the radius of the curve",

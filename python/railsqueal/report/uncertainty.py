@@ -5,10 +5,17 @@ from html import escape
 import numpy as np
 
 from ..result import Floats, Result
-from ..uncertainty import Uncertainty, named
+from ..uncertainty import Loudness, Uncertainty, named
 from .markup import Row, cut, digits, table
 
-PICTURES = ("uncertainty-probability", "uncertainty-growth", "uncertainty-indices", "uncertainty-scatter")
+PICTURES = (
+    "uncertainty-probability",
+    "uncertainty-growth",
+    "uncertainty-indices",
+    "uncertainty-scatter",
+    "uncertainty-map",
+    "uncertainty-levels",
+)
 
 
 def section(result: Result, drawn: dict[str, str]) -> list[str]:
@@ -53,6 +60,8 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
         ]
         heads: Row = ("input", "first-order index", "from", "to", "total index", "from", "to")
         parts += ["<h3>Influence of the inputs on the largest growth rate</h3>", table(heads, inputs)]
+    if Loudness.present(result):
+        parts += ["<h3>Limit cycles of samples</h3>", f"<p>{escape(Loudness.from_result(result).sentence())}</p>"]
     failed = np.flatnonzero(found.status != 0)
     if len(failed):
         lost = [
@@ -101,4 +110,10 @@ def csv_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
         head = ("input", "first_order", "first_order_from", "first_order_to", "total", "total_from", "total_to")
         columns = zip(found.keys, found.first, found.first_interval, found.total, found.total_interval)
         made.append(("uncertainty-indices", head, [(key, s, *a, t, *b) for key, s, a, t, b in columns]))
+    if Loudness.present(result):
+        of = Loudness.from_result(result)
+        level = of.level if of.level is not None else np.full(len(of.fate), np.nan)
+        head = ("point", "fate", "frequency_Hz", "kinetic_J", "level_dB(A)", "message")
+        columns = zip(of.sample, of.fate, of.frequency, of.kinetic, level, of.message)
+        made.append(("uncertainty-cycles", head, [tuple(row) for row in columns]))
     return made

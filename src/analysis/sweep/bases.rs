@@ -4,7 +4,7 @@
 //! Which they are follows from the plan alone, so that the result of a point depends neither on the ranks nor on what
 //! was computed before.
 
-use super::near_axis::{BaseEigenvalue, FitInputs, NearAxis};
+use super::near_axis::{BaseEigenvalue, BaseMotions, FitInputs, NearAxis};
 use crate::contact::SteadySolution;
 use crate::job::SweepPlan;
 use crate::output::datasets::sweep::{Followed, Outcome};
@@ -62,6 +62,11 @@ impl BasePoint {
         self.candidates = Vec::new();
     }
 
+    /// Motions found there, before it is chosen which of them are continued.
+    fn found(&self) -> BaseMotions<'_> {
+        BaseMotions { followed: self.followed(), candidates: &self.candidates }
+    }
+
     /// Modes that are followed there.
     pub fn followed(&self) -> &[Followed] {
         self.outcome.as_ref().map_or(&[], |o| &o.followed)
@@ -81,8 +86,8 @@ impl Survey {
     /// are modes that are continued in any case.
     pub fn new(computed: Vec<(usize, BasePoint)>, all: &Bases, members: &[usize], told: &[usize]) -> Self {
         let mut bases = computed;
-        let (numbers, known): (Vec<usize>, Vec<&[Followed]>) =
-            bases.iter().filter(|b| b.1.outcome.is_ok()).map(|b| (b.0, b.1.followed())).unzip();
+        let (numbers, known): (Vec<usize>, Vec<BaseMotions>) =
+            bases.iter().filter(|b| b.1.outcome.is_ok()).map(|b| (b.0, b.1.found())).unzip();
         let rows = |of: &[usize]| of.iter().map(|&i| &all.scaled[i][..]).collect();
         let inputs = FitInputs { bases: rows(&numbers), samples: rows(members) };
         let near = if all.continues { NearAxis::new(&known, told, &inputs) } else { None };

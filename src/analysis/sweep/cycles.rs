@@ -4,8 +4,9 @@
 
 use super::outcome::LISTED;
 use super::sound::SoundSetup;
-use super::{goes_on, point_of};
+use super::{goes_on, point_of, Sources};
 use crate::analysis::radiation::ModalSound;
+use crate::analysis::run::Run;
 use crate::case::interface::points as points_of;
 use crate::case::limit_cycle_point::{CycleMotion, LimitCyclePoint, PointCache};
 use crate::contact::points::interface as interface_of;
@@ -29,6 +30,13 @@ pub(super) struct Chain {
     /// Its branch among those of the job.
     branch: usize,
     points: Vec<usize>,
+}
+
+impl Chain {
+    /// A point by itself, of the first branch.
+    pub(super) fn of_point(point: usize) -> Self {
+        Self { branch: 0, points: vec![point] }
+    }
 }
 
 /// The chains of the points `members` of `plan`, which share a model.
@@ -59,23 +67,23 @@ pub(super) fn chains(plan: &SweepPlan, cycles: &Cycles, members: &[usize]) -> Ve
 }
 
 /// Data that one rank needs for its chains.
-pub(super) struct CycleChains<'a> {
-    pub(super) cycles: &'a Cycles,
-    pub(super) points: &'a [Option<Job>],
+struct CycleChains<'a> {
+    cycles: &'a Cycles,
+    points: &'a [Option<Job>],
     /// Folder of finished points.
-    pub(super) folder: &'a Path,
+    folder: &'a Path,
     /// How their modes radiate, where that is asked for.
-    pub(super) sounding: Option<&'a ModalSound>,
-    pub(super) stop: &'a Stop,
+    sounding: Option<&'a ModalSound>,
+    stop: &'a Stop,
 }
 
 /// Results of one rank, on their way to rank 0.
 #[derive(Default)]
-pub(super) struct RankResults {
+struct RankResults {
     /// [branch, point, how many, numbers of the cycle …] of each point one after the other.
-    pub(super) rows: Vec<f64>,
+    rows: Vec<f64>,
     /// Reasons of points that were not computed: "branch point why", each closed by a zero.
-    pub(super) text: String,
+    text: String,
 }
 
 /// All points of all branches, `[branches][points]`.
@@ -84,7 +92,7 @@ pub(super) struct BranchOutcomes {
     /// Why some were not computed.
     pub(super) failed: Vec<(usize, usize, String)>,
     /// Recorder of the sound; none where no sound is asked for.
-    heard: Option<SoundSetup>,
+    pub(super) heard: Option<SoundSetup>,
 }
 
 impl BranchOutcomes {
@@ -94,12 +102,12 @@ impl BranchOutcomes {
     }
 
     /// The cycles of a model are heard.
-    pub(super) fn hears(&mut self, sounding: &ModalSound) {
+    fn hears(&mut self, sounding: &ModalSound) {
         self.heard = Some(SoundSetup::with(self.heard.take(), sounding));
     }
 
     /// Takes what the ranks found of `points` points.
-    pub(super) fn collect(&mut self, rows: &[f64], text: &[u8], points: usize) -> Result<()> {
+    fn collect(&mut self, rows: &[f64], text: &[u8], points: usize) -> Result<()> {
         let torn = || Error::Defect("limit cycles were torn on their way".into());
         let mut rest = rows;
         while let [branch, point, length, after @ ..] = rest {
@@ -118,9 +126,72 @@ impl BranchOutcomes {
     }
 }
 
+impl BranchOutcomes {
+    /// Collective: follows the `chains` of points of a model, and hears them where sound is wanted and `sources` are
+    /// there. Where no state of rest is unstable nothing is followed, and nothing is heard.
+    pub(super) fn follow(
+        &mut self,
+        run: &mut Run,
+        wanted: &FollowedPoints,
+        (model, sources): (&mut SharedModel, Option<Sources>),
+        (chains, unstable): (&[Chain], bool),
+    ) -> Result<()> {
+        let world = run.world();
+        let sounding = match (&wanted.cycles.sound_power, sources) {
+            (Some(sound), Some(sources)) if unstable => {
+                run.progress.stage("radiation of sound");
+                let (bodies, modes) = sources.get();
+                let motions = (wanted.cycles.step, model.interface.patches.len());
+                Some(ModalSound::new(world, (wanted.sound_key, sound), motions, bodies, modes)?)
+            }
+            _ => None,
+        };
+        if let (true, Some(sounding)) = (world.is_root(), &sounding) {
+            self.hears(sounding);
+        }
+        let &FollowedPoints { cycles, points, folder, .. } = wanted;
+        let following = CycleChains { cycles, points, folder, sounding: sounding.as_ref(), stop: run.stop };
+        let mine = world.agree(following.all(world, model, chains, run.progress))?;
+        let (rows, text) = (world.gather(&mine.rows), world.gather(mine.text.as_bytes()));
+        world.on_root(|| self.collect(&rows, &text, points.len()))?;
+        if run.stop.wanted(world) {
+            return Err(Error::Stopped(format!(
+                "stopped on request among the limit cycles; those that are done are kept in {}, and the same run takes \
+                 them up",
+                folder.display()
+            )));
+        }
+        Ok(())
+    }
+}
+
+/// Points that are followed in time.
+pub(super) struct FollowedPoints<'a> {
+    pub cycles: &'a Cycles,
+    /// Key of their sound, for messages.
+    pub sound_key: &'static str,
+    pub points: &'a [Option<Job>],
+    /// Folder of finished points.
+    pub folder: &'a Path,
+}
+
+impl<'a> FollowedPoints<'a> {
+    /// Collective: the points with the folder of those that are done, which the result file of `run` replaces.
+    pub(super) fn create_folder(
+        run: &mut Run,
+        (cycles, sound_key): (&'a Cycles, &'static str),
+        (points, folder): (&'a [Option<Job>], &'a Path),
+    ) -> Result<Self> {
+        let fail = |e| Error::Io(format!("{}: cannot make the folder of the limit cycles: {e}", folder.display()));
+        run.world().on_root(|| std::fs::create_dir_all(folder).map_err(fail))?;
+        run.file.discard(folder);
+        Ok(Self { cycles, sound_key, points, folder })
+    }
+}
+
 impl CycleChains<'_> {
     /// Follows the chains of this rank.
-    pub(super) fn all(
+    fn all(
         &self,
         world: &World,
         model: &mut SharedModel,
@@ -267,7 +338,7 @@ pub(super) fn report(
     let text = "Why a point was not computed; empty where it was.";
     let shape = [cycles.branches.len(), points];
     let mut tables = tables(&cycles.branches, &key, points, &all);
-    tables.extend(heard.iter().flat_map(|h| h.tables(&shape, &all)));
+    tables.extend(heard.iter().flat_map(|h| h.tables("/sweep/cycles", &shape, &all)));
     tables.push(Table::new("/sweep/cycles/message", "-", text, &shape, messages));
     tables
 }

@@ -15,7 +15,7 @@ mod stored_points;
 mod uncertain;
 
 use super::modes;
-use super::radiation::{bands_of, ModalSound};
+use super::radiation::bands_of;
 use super::reduction::Reduction;
 use super::run::Run;
 use crate::body::mode_cache::CachedModes;
@@ -38,7 +38,7 @@ use crate::progress::Progress;
 use crate::stability::nonlinear_eigen::SpectrumMemory;
 use crate::summary::Summary;
 use crate::{Error, Result};
-use cycles::{BranchOutcomes, CycleChains};
+use cycles::{BranchOutcomes, FollowedPoints};
 use outcome::summarise;
 use passes::{Passes, PointSinks};
 use point_model::StudyModel;
@@ -122,13 +122,13 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
     groups.retain(|(_, members)| members.iter().any(|&i| done[i] == 0));
     let folder = cycles::folder(&run.options.output);
     let wanted = job.analyses.sweep.as_ref().and_then(|s| s.cycles.as_ref());
-    let mut followed = wanted.map(|w| (w, BranchOutcomes::new(plan, w)));
-    let heard = wanted.and_then(|w| w.sound_power.as_ref().map(|s| (w, s)));
-    if followed.is_some() {
-        let fail = |e| Error::Io(format!("{}: cannot make the folder of the limit cycles: {e}", folder.display()));
-        world.on_root(|| std::fs::create_dir_all(&folder).map_err(fail))?;
-        run.file.discard(&folder);
-    }
+    let mut followed = match wanted {
+        Some(w) => {
+            Some((FollowedPoints::create_folder(run, (w, SOUND), (&points, &folder))?, BranchOutcomes::new(plan, w)))
+        }
+        None => None,
+    };
+    let heard = wanted.and_then(|w| w.sound_power.as_ref());
     let mut earlier = Vec::new();
     let memory = SpectrumMemory::default();
     // Ranks share the points of several models, one for each: three points of one place are no work for two. Limit
@@ -164,7 +164,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
                 }
             };
             // Third octaves beyond the modes are refused before the points are solved.
-            if let (Some((_, sound)), Some(sources)) = (heard, &made.1) {
+            if let (Some(sound), Some(sources)) = (heard, &made.1) {
                 let (bodies, modes) = sources.get();
                 bands_of((SOUND, sound), bodies, modes)?;
             }
@@ -182,36 +182,16 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             }
         })?;
         if let (Some((wanted, found)), [Some((model, sources))]) = (&mut followed, &mut models[..]) {
-            let chains = cycles::chains(plan, wanted, &batch[0].1);
-            // Where every state of rest of the model is stable nothing is followed, and nothing is heard.
+            let chains = cycles::chains(plan, wanted.cycles, &batch[0].1);
             let unstable = batch[0].1.iter().any(|&i| results[i].as_ref().is_some_and(|r| r.unstable() > 0));
             let unstable = world.broadcast(vec![u8::from(unstable)]) == [1];
-            let sounding = match (heard, sources.take()) {
-                (Some((cycles, sound)), Some(sources)) if unstable => {
-                    run.progress.stage("radiation of sound");
-                    let (bodies, modes) = sources.get();
-                    let motions = (cycles.step, model.interface.patches.len());
-                    Some(ModalSound::new(world, (SOUND, sound), motions, bodies, modes)?)
-                }
-                _ => None,
-            };
-            if let (true, Some(sounding)) = (world.is_root(), &sounding) {
-                found.hears(sounding);
-            }
-            let sounding = sounding.as_ref();
-            let following = CycleChains { cycles: wanted, points: &points, folder: &folder, sounding, stop: run.stop };
-            let mine = world.agree(following.all(world, model, &chains, run.progress))?;
-            let (rows, text) = (world.gather(&mine.rows), world.gather(mine.text.as_bytes()));
-            world.on_root(|| found.collect(&rows, &text, plan.points.len()))?;
-            if run.stop.wanted(world) {
-                return Err(Error::Stopped(format!(
-                    "stopped on request among the limit cycles; those that are done are kept in {}, and the \
-                     same run takes them up",
-                    folder.display()
-                )));
-            }
+            found.follow(run, wanted, (model, sources.take()), (&chains, unstable))?;
         }
     }
+    let loudness = match &study {
+        Some(study) => study.loudness(run, (plan, &points), base.as_ref(), &results)?,
+        None => None,
+    };
     world.on_root(|| {
         let all: Vec<Outcome> = results
             .into_iter()
@@ -221,6 +201,9 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             run.file.tables(study.report(plan, &all, models, &mut run.summary)?);
             run.file.tables(interpolation_errors(&errors));
             remarks.iter().for_each(|text| run.summary.value("places", text.clone()));
+            if let Some(loudness) = loudness {
+                run.file.tables(loudness.report(plan, &mut run.summary));
+            }
             return Ok(());
         }
         run.file.tables(tables(plan, &all, own));
@@ -236,7 +219,7 @@ pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Opt
             run.summary.fail(Error::NotConverged(text));
         }
         if let Some((wanted, found)) = followed {
-            run.file.tables(cycles::report(plan, wanted, &all, found, &mut run.summary));
+            run.file.tables(cycles::report(plan, wanted.cycles, &all, found, &mut run.summary));
         }
         let kind = if job.by_matrices() { "reduced" } else { "finite-element" };
         summarise(plan, &all, models, kind, &mut run.summary);

@@ -57,9 +57,9 @@ impl SoundSetup {
         Some((weighted, text))
     }
 
-    /// The group `/sweep/cycles/sound_power` of `all` cycles, `shape` = `[branches, points]`.
-    pub(super) fn tables(&self, shape: &[usize], all: &[Cycle]) -> Vec<Table> {
-        let path = |name: &str| format!("/sweep/cycles/sound_power/{name}");
+    /// The sound of `all` cycles in the `group` of these, in the order of a `shape`.
+    pub(super) fn tables(&self, group: &str, shape: &[usize], all: &[Cycle]) -> Vec<Table> {
+        let path = |name: &str| format!("{group}/sound_power/{name}");
         let count = self.bands.centres().len();
         let mut tables = vec![
             Table::list(&path("band_frequency"), "Hz", "Exact centres of the third octaves.", self.bands.centres()),

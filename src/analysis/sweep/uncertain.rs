@@ -350,6 +350,7 @@ fn product(a: &[C], a_lower: usize, b: &[C], b_lower: usize) -> C {
 }
 
 mod continuation;
+mod loudness;
 mod summary;
 use summary::{near_in_words, say};
 

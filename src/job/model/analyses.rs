@@ -7,7 +7,7 @@ use serde_json::Value;
 
 use super::super::branches::Branches;
 use super::super::cycles::Cycles;
-use super::super::transient::Transient;
+use super::super::transient::{SoundPower, Transient};
 use super::receptance::{Receptance, TrackDecay};
 use super::uncertainty::Uncertainty;
 
@@ -52,6 +52,17 @@ pub struct Analyses {
 }
 
 impl Analyses {
+    /// Sound that is wanted of limit cycles, by the keys of `analyses` that ask for it.
+    pub(crate) fn limit_cycle_sounds(&self) -> [(&'static str, Option<&SoundPower>); 3] {
+        let of_sweep = self.sweep.as_ref().and_then(|s| s.cycles.as_ref());
+        let of_samples = self.uncertainty.as_ref().and_then(|u| u.cycles.as_ref());
+        [
+            ("sweep.cycles.sound_power", of_sweep.and_then(|c| c.sound_power.as_ref())),
+            ("uncertainty.cycles.sound_power", of_samples.and_then(|c| c.sound_power.as_ref())),
+            ("cycles.sound_power", self.cycles.as_ref().and_then(|c| c.sound_power.as_ref())),
+        ]
+    }
+
     /// The analyses given that work on the contact of two bodies, by name; each needs their compliance.
     pub(crate) fn on_contact(&self) -> Vec<&'static str> {
         self.names()

@@ -3,6 +3,8 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use super::super::cycles::{default_amplitude, default_duration, default_settled, Branch, Cycles};
+use super::super::transient::{default_step, HeldQuantity, SoundPower};
 use crate::random::distribution::InputDistribution as Law;
 
 /// Probability of squeal where keys of the job are uncertain: stability at many samples of them, which modes are
@@ -49,10 +51,55 @@ pub struct Uncertainty {
     /// their own, and growth rates agree within 1e-4 with those of places computed on the same mesh.
     #[serde(default = "default_interpolate")]
     pub interpolate: bool,
+    /// How loud some of the samples are, by their limit cycles. Default: none is followed in time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cycles: Option<SampleCycles>,
     /// Share of the points that may fail. With more of them the run ends with exit code 4 after writing its results.
     #[serde(default = "default_max_failed")]
     #[schemars(range(min = 0.0, max = 1.0), extend("unit" = "1"))]
     pub max_failed: f64,
+}
+
+/// The limit cycles of some random samples: each unstable one is followed in time from its most unstable mode until its
+/// motion repeats itself.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SampleCycles {
+    /// Number of random samples that are followed: the first ones of each replicate, as many of each. Those that are
+    /// stable count as silent.
+    #[schemars(range(min = 4, max = 100_000))]
+    pub samples: u32,
+    /// Longest time that a sample is followed, s.
+    #[serde(default = "default_duration")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "s"))]
+    pub duration: f64,
+    /// Relative error of the amplitude at which a cycle counts as reached.
+    #[serde(default = "default_settled")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.1))]
+    pub settled: f64,
+    /// Largest displacement of a contact node in the mode that a sample begins with, m.
+    #[serde(default = "default_amplitude")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub amplitude: f64,
+    /// Time step, s; at most the period of the highest mode kept over 2 pi.
+    #[serde(default = "default_step")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "s"))]
+    pub step: f64,
+    /// Quantity held at rest: the approach, or the normal load.
+    #[serde(default)]
+    pub hold: HeldQuantity,
+    /// Sound power of the motions, in third octaves; `from` is not given here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sound_power: Option<SoundPower>,
+}
+
+impl SampleCycles {
+    /// The limit cycles of points by themselves.
+    pub(crate) fn of_points(&self) -> Cycles {
+        let Self { samples: _, duration, settled, amplitude, step, hold, sound_power } = self.clone();
+        let branches = vec![Branch::Mode];
+        Cycles { branches, duration, settled, amplitude, step, hold, sound_power, ..Cycles::default() }
+    }
 }
 
 /// An uncertain key.

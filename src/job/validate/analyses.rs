@@ -1,6 +1,7 @@
 //! Rules of `analyses`.
 
 use super::super::model::*;
+use crate::job::cycles::Cycles;
 use crate::job::transient::{HeldQuantity, SoundPower, StartState, Transient, TransientModel};
 
 pub(super) fn check_analyses(job: &Job, faults: &mut Vec<String>) {
@@ -115,6 +116,9 @@ pub(super) fn check_uncertainty(job: &Job, wanted: &Uncertainty, faults: &mut Ve
         faults.push("analyses.sweep: found beside analyses.uncertainty; leave out one of the two".into());
     }
     faults.extend(crate::job::uncertainty::faults(wanted).into_iter().map(|f| format!("analyses.uncertainty.{f}")));
+    if let Some(cycles) = &wanted.cycles {
+        check_followed(job, ("analyses.uncertainty.cycles", &cycles.of_points()), faults);
+    }
 }
 
 fn check_cycles(job: &Job, sweep: &Sweep, faults: &mut Vec<String>) {
@@ -127,6 +131,11 @@ fn check_cycles(job: &Job, sweep: &Sweep, faults: &mut Vec<String>) {
     if let Some(k) = (1..cycles.branches.len()).find(|&k| cycles.branches[..k].contains(&cycles.branches[k])) {
         faults.push(format!("{path}.branches: found \"{}\" twice, expected each once", cycles.branches[k].name()));
     }
+    check_followed(job, (path, cycles), faults);
+}
+
+/// Faults of points that are followed to their limit cycles.
+fn check_followed(job: &Job, (path, cycles): (&str, &Cycles), faults: &mut Vec<String>) {
     if job.contact.as_ref().is_some_and(|c| c.roughness.is_some()) {
         faults.push(format!(
             "{path}: found contact.roughness, under which no motion repeats itself; leave out one of the two"

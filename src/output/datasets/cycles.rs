@@ -150,30 +150,37 @@ impl Cycle {
 
 /// The group `/sweep/cycles` of `points` points: `all` has those of the first branch, then those of the next.
 pub fn tables(branches: &[Branch], along: &str, points: usize, all: &[Cycle]) -> Vec<Table> {
-    let shape = [branches.len(), points];
-    let path = |name: &str| format!("/sweep/cycles/{name}");
+    let names: Vec<String> = branches.iter().map(|b| b.name().to_owned()).collect();
+    let mut tables = vec![
+        Table::list("/sweep/cycles/branch", "-", "Origin of the motions of the points.", names),
+        Table::scalar("/sweep/cycles/along", "-", "The swept key along which they are handed on.", along),
+    ];
+    tables.extend(motions("/sweep/cycles", &[branches.len(), points], all));
+    tables
+}
+
+/// Tables of `all` cycles in a group, in the order of a `shape`.
+pub fn motions(group: &str, shape: &[usize], all: &[Cycle]) -> Vec<Table> {
+    let path = |name: &str| format!("{group}/{name}");
     let numbers = |name: &str, unit: &str, text: &str, of: &dyn Fn(&Cycle) -> f64| {
-        Table::new(&path(name), unit, text, &shape, all.iter().map(of).collect::<Vec<f64>>())
+        Table::new(&path(name), unit, text, shape, all.iter().map(of).collect::<Vec<f64>>())
     };
     let counts = |name: &str, text: &str, of: &dyn Fn(&Cycle) -> usize| {
-        Table::new(&path(name), "1", text, &shape, all.iter().map(|c| of(c) as i64).collect::<Vec<i64>>())
+        Table::new(&path(name), "1", text, shape, all.iter().map(|c| of(c) as i64).collect::<Vec<i64>>())
     };
     let harmonics = all.first().map_or(0, |c| c.lines.len());
     let rows = |name: &str, unit: &str, text: &str, more: &[usize], of: &dyn Fn(&Cycle) -> Vec<f64>| {
-        let shape = [&shape[..], more].concat();
+        let shape = [shape, more].concat();
         Table::new(&path(name), unit, text, &shape, all.iter().flat_map(of).collect::<Vec<f64>>())
     };
-    let names: Vec<String> = branches.iter().map(|b| b.name().to_owned()).collect();
     vec![
-        Table::list("/sweep/cycles/branch", "-", "Origin of the motions of the points.", names),
-        Table::scalar("/sweep/cycles/along", "-", "The swept key along which they are handed on.", along),
         Table::new(
-            "/sweep/cycles/fate",
+            &path("fate"),
             "-",
             "-1 not computed, 0 at rest, 1 periodic, 2 irregular: neither its amplitude nor its beat changes \
              but it does \
              not repeat itself, 3 unsettled at the end of the time.",
-            &shape,
+            shape,
             all.iter().map(|c| c.fate).collect::<Vec<i8>>(),
         ),
         numbers("frequency", "Hz", "One over the period; of what does not repeat itself the mean.", &|c| c.frequency),

@@ -29,7 +29,7 @@ pub enum EigenvalueSearch {
     FellBack,
     /// They were continued, and it was not counted whether other unstable ones are missing.
     Uncounted,
-    /// They were searched for since unstable ones were missing among the continued ones.
+    /// They were searched for, or more of them continued, since unstable ones were missing among those continued first.
     Missed,
     /// They were continued from those of a point that could not be continued itself, and no other one is unstable by a
     /// count.

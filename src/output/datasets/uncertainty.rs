@@ -128,7 +128,7 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], study: &StudyStatistics) -> Vec
             "-",
             "0: all eigenvalues were searched for; 1: they were continued from those of a base point, and no other one \
              is unstable by a count; 2: searched for, since they could not be continued; 3: continued without a count; \
-             4: searched for, since unstable ones were missing among those continued; 5: continued from those of a \
+             4: unstable ones were missing among those continued first; 5: continued from those of a \
              point of the kind 2, and counted.",
             all.iter().map(|o| o.search as i32).collect::<Vec<i32>>(),
         ),

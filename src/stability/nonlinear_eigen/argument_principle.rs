@@ -21,7 +21,7 @@ fn wrapped(angle: f64) -> f64 {
 
 /// By how much the phase of e^(`at`) turns from a real value before the first of `points` to 1 beyond the last; none
 /// where it is not certain.
-pub(super) fn phase_change(mut points: Vec<(f64, C)>, at: &dyn Fn(f64) -> C) -> Option<f64> {
+pub(super) fn phase_change(mut points: Vec<(f64, C)>, at: &dyn Fn(&[f64]) -> Vec<C>) -> Option<f64> {
     let step = |a: &(f64, C), b: &(f64, C)| C::new(b.1.re - a.1.re, wrapped(b.1.im - a.1.im));
     for _ in 0..=HALVINGS {
         if points.iter().any(|p| !p.1.is_finite()) {
@@ -41,10 +41,9 @@ pub(super) fn phase_change(mut points: Vec<(f64, C)>, at: &dyn Fn(f64) -> C) -> 
             let before = first - PI * (first / PI).round();
             return Some(before + steps.iter().map(|s| s.im).sum::<f64>() - wrapped(last));
         }
-        for &i in rough.iter().rev() {
-            let u = 0.5 * (points[i].0 + points[i + 1].0);
-            points.insert(i + 1, (u, at(u)));
-        }
+        let between: Vec<f64> = rough.iter().map(|&i| 0.5 * (points[i].0 + points[i + 1].0)).collect();
+        points.extend(between.iter().copied().zip(at(&between)));
+        points.sort_by(|a, b| a.0.total_cmp(&b.0));
     }
     None
 }
@@ -62,7 +61,8 @@ impl NonlinearEigenproblem<'_> {
         let quotient = DeflationQuotient::new(&poles, &roots);
         let [low, high] = self.modes.range().map(f64::ln);
         let on_ray = |u: f64| C::from_polar(u.exp(), self.angle);
-        let at = |u: f64| self.rest(&quotient, &[on_ray(u)])[0];
+        let all_at = |u: &[f64]| self.rest(&quotient, &u.iter().map(|&u| on_ray(u)).collect::<Vec<C>>());
+        let at = |u: f64| all_at(&[u])[0];
         let even = |v: C| (v.im / PI - (v.im / PI).round()).abs() * PI < EVEN;
         let one = |v: C| wrapped(v.im).abs() < EVEN && v.re.abs() < EVEN;
         // Down to where it is real and up to where it is 1.
@@ -90,6 +90,6 @@ impl NonlinearEigenproblem<'_> {
             points.push((u, at(u)));
         }
         // From 0, where it is real, to infinity, where it is 1: π less for each that is missing.
-        Some((-phase_change(points, &at)? / PI).round() as i64)
+        Some((-phase_change(points, &all_at)? / PI).round() as i64)
     }
 }

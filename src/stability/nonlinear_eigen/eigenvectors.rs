@@ -22,7 +22,11 @@ impl NonlinearEigenproblem<'_> {
     /// The eigenvalues `roots` with their backward errors alone; none where one has more than `tolerance`.
     pub(super) fn values(&self, bodies: &CoupledModel, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
         let (forces, motions) = self.forces(roots);
-        let errors = self.errors(bodies, roots, (&forces, &motions), LOOKED_AT);
+        let squares = self.modes.least(roots, &forces);
+        let some = looked_at(roots.len(), LOOKED_AT);
+        let (of, under): (Vec<C>, Vec<Vec<C>>) = some.iter().map(|&l| (roots[l], forces[l].clone())).unzip();
+        let modal = self.modes.motions(&of, &under);
+        let errors = self.errors(bodies, roots, (&forces, &motions, &squares), (&some, modal));
         let pair = |(&value, backward_error): (&C, f64)| Eigenpair {
             value,
             modal: Vec::new(),
@@ -33,24 +37,23 @@ impl NonlinearEigenproblem<'_> {
         good.then(|| roots.iter().zip(errors).map(pair).collect())
     }
 
-    /// Backward errors of `roots` with these forces on the functions and motions of them, as
-    /// [`eigenvalues`](super::eigenvalues) has them.
+    /// Backward errors of `roots` with these forces on the functions, motions of them, and squares of the norms of the
+    /// motions of the modes, or less, as [`eigenvalues`](super::eigenvalues) has them; those of `some` roots by the
+    /// amplitudes `modal` of the modes as well, `[m, some]`.
     pub(super) fn errors(
         &self,
         bodies: &CoupledModel,
         roots: &[C],
-        (forces, motions): (&[Vec<C>], &Mat<C>),
-        looked_at: [usize; 2],
+        (forces, motions, squares): (&[Vec<C>], &Mat<C>, &[f64]),
+        (some, modal): (&[usize], Mat<C>),
     ) -> Vec<f64> {
         let rows = &self.contact.rows;
         let scaled = BackwardErrors::new(&self.modes, rows);
         let own = self.contact.resolvent.expand(&self.contact.resolvent.solve_each(roots, motions));
-        let squares = self.modes.least(roots, forces);
-        let x = Vectors { values: roots, motions, own: &own, squares: &squares };
+        let x = Vectors { values: roots, motions, own: &own, squares };
         let mut errors = scaled.errors(rows, &x, forces);
-        let some: Vec<usize> = (0..roots.len()).filter(|l| *l < looked_at[0] || l % looked_at[1] == 0).collect();
-        let (of, under): (Vec<C>, Vec<Vec<C>>) = some.iter().map(|&l| (roots[l], forces[l].clone())).unzip();
-        for (&l, error) in some.iter().zip(self.lifted(bodies, &scaled, &of, &under).errors) {
+        let of: Vec<C> = some.iter().map(|&l| roots[l]).collect();
+        for (&l, error) in some.iter().zip(self.lifted(bodies, &scaled, &of, modal).errors) {
             if !(error <= errors[l]) {
                 errors[l] = error;
             }
@@ -58,18 +61,11 @@ impl NonlinearEigenproblem<'_> {
         errors
     }
 
-    /// The motions of the modes under the forces on the functions of each of `roots`.
-    pub(super) fn lifted(
-        &self,
-        bodies: &CoupledModel,
-        scaled: &BackwardErrors,
-        roots: &[C],
-        forces: &[Vec<C>],
-    ) -> Lifted {
-        let modal = self.modes.motions(roots, forces);
+    /// Response of the contact to the amplitudes `modal` of the modes at each of `roots`, `[m, roots]`.
+    pub(super) fn lifted(&self, bodies: &CoupledModel, scaled: &BackwardErrors, roots: &[C], modal: Mat<C>) -> Lifted {
         let motions = self.modes.motions_of(&modal);
         let own = self.contact.resolvent.expand(&self.contact.resolvent.solve_each(roots, &motions));
-        let squares: Vec<f64> = modal.col_iter().map(|c| c.squared_norm_l2()).collect();
+        let squares = squares(&modal);
         let x = Vectors { values: roots, motions: &motions, own: &own, squares: &squares };
         let errors = scaled.whole_errors((&self.modes, bodies), &self.contact.rows, &x, &modal);
         Lifted { modal, own, squares, errors }
@@ -80,7 +76,8 @@ impl NonlinearEigenproblem<'_> {
     pub(super) fn pairs(&self, bodies: &CoupledModel, roots: &[C], tolerance: f64) -> Option<Vec<Eigenpair>> {
         let scaled = BackwardErrors::new(&self.modes, &self.contact.rows);
         let (forces, _) = self.forces(roots);
-        let Lifted { modal, own, squares, errors } = self.lifted(bodies, &scaled, roots, &forces);
+        let modal = self.modes.motions(roots, &forces);
+        let Lifted { modal, own, squares, errors } = self.lifted(bodies, &scaled, roots, modal);
         if errors.iter().any(|e| !(*e <= tolerance)) {
             return None;
         }
@@ -99,13 +96,23 @@ impl NonlinearEigenproblem<'_> {
     }
 }
 
+/// Numbers of those of `count` eigenvalues whose motions are looked at: the first ones, and one in each so many.
+pub(super) fn looked_at(count: usize, [first, each]: [usize; 2]) -> Vec<usize> {
+    (0..count).filter(|l| *l < first || l % each == 0).collect()
+}
+
+/// Squares of the norms of columns.
+pub(super) fn squares(of: &Mat<C>) -> Vec<f64> {
+    of.col_iter().map(|c| c.squared_norm_l2()).collect()
+}
+
 /// Motions at eigenvalues.
 pub(super) struct Lifted {
     /// Amplitudes q of the modes, `[m, values]`.
-    pub(super) modal: Mat<C>,
+    pub modal: Mat<C>,
     /// Unknowns of the contact, `[nf, values]`.
-    pub(super) own: Mat<C>,
+    pub own: Mat<C>,
     /// Squares of the norms of q.
-    pub(super) squares: Vec<f64>,
-    pub(super) errors: Vec<f64>,
+    pub squares: Vec<f64>,
+    pub errors: Vec<f64>,
 }

@@ -14,7 +14,7 @@ mod contact_shapes;
 mod mode_set;
 mod sampled;
 use contact_shapes::ContactShapes;
-use mode_set::{basis, functions, off};
+use mode_set::{basis, functions};
 pub(super) use sampled::SampledCompliance;
 
 /// Remainder of the shapes of a body once its functions are taken out, over their size.
@@ -35,8 +35,6 @@ struct SingleMode {
     mode: usize,
     stiffness: f64,
     damping: f64,
-    /// Amplitudes of the functions.
-    amplitudes: Vec<f64>,
 }
 
 impl SingleMode {
@@ -150,6 +148,8 @@ struct ModeSet {
     first: usize,
     functions: usize,
     singles: Vec<SingleMode>,
+    /// Amplitudes of the functions in these, `[singles, functions]`.
+    amplitudes: Mat<f64>,
     groups: Vec<CoupledModes>,
     terms: PoleSums,
     /// Residues of the modes by themselves, which are symmetric: on and below the diagonal, column by column,
@@ -378,16 +378,13 @@ impl ModalCompliance {
     pub fn least(&self, values: &[C], forces: &[Vec<C>]) -> Vec<f64> {
         let mut squares = vec![0.0; values.len()];
         for part in &self.parts {
-            let force = |i: usize, l: usize| forces[l][part.first + i];
-            for (l, (&lambda, square)) in values.iter().zip(&mut squares).enumerate() {
-                for s in &part.singles {
-                    let by: C = s.amplitudes.iter().enumerate().map(|(i, b)| b * force(i, l)).sum();
-                    *square += by.norm_sqr() / off(s.at(lambda), s.stiffness).norm_sqr();
-                }
+            let forces = part.own(forces);
+            let moved = part.motions_of_singles(values, &forces);
+            let of_groups = part.groups.iter().map(|g| g.least(values, &forces));
+            for (l, square) in squares.iter_mut().enumerate() {
+                *square += moved.col(l).squared_norm_l2();
             }
-            for g in &part.groups {
-                squares.iter_mut().zip(g.least(values, &force)).for_each(|(a, b)| *a += b);
-            }
+            of_groups.for_each(|of| squares.iter_mut().zip(of).for_each(|(a, b)| *a += b));
         }
         squares
     }
@@ -395,19 +392,16 @@ impl ModalCompliance {
     /// Amplitudes of the modes under the forces on the functions, one list for each of `values`, `[modes, values]`.
     pub fn motions(&self, values: &[C], forces: &[Vec<C>]) -> Mat<C> {
         let mut q = Mat::<C>::zeros(self.modes, values.len());
-        for part in &self.parts {
-            for (l, (&lambda, force)) in values.iter().zip(forces).enumerate() {
-                let force = &force[part.first..part.first + part.functions];
-                for s in &part.singles {
-                    let by: C = s.amplitudes.iter().zip(force).map(|(b, f)| b * f).sum();
-                    q[(s.mode, l)] = by / off(s.at(lambda), s.stiffness);
-                }
+        let mut put = |modes: &mut dyn Iterator<Item = usize>, moved: &Mat<C>| {
+            for (i, mode) in modes.enumerate() {
+                (0..values.len()).for_each(|l| q[(mode, l)] = moved[(i, l)]);
             }
+        };
+        for part in &self.parts {
+            let forces = part.own(forces);
+            put(&mut part.singles.iter().map(|s| s.mode), &part.motions_of_singles(values, &forces));
             for g in &part.groups {
-                let moved = g.motions(values, &|i, l| forces[l][part.first + i]);
-                for l in 0..values.len() {
-                    g.modes.iter().enumerate().for_each(|(i, &mode)| q[(mode, l)] = moved[(i, l)]);
-                }
+                put(&mut g.modes.iter().copied(), &g.motions(values, &forces));
             }
         }
         q

@@ -205,7 +205,8 @@ fn errors_are_those_of_the_pencil() {
         for off in [1e-7, 1e-4] {
             let beside: Vec<C> = roots.iter().map(|v| v * C::new(1.0 + off, off)).collect();
             let (forces, motions) = problem.forces(&beside);
-            let Lifted { modal, own, squares, errors } = problem.lifted(&pair, &scaled, &beside, &forces);
+            let Lifted { modal, own, squares, errors } =
+                problem.lifted(&pair, &scaled, &beside, problem.modes.motions(&beside, &forces));
             let least = problem.modes.least(&beside, &forces);
             let x = Vectors { values: &beside, motions: &motions, own: &own, squares: &least };
             let bounds = scaled.errors(&problem.contact.rows, &x, &forces);

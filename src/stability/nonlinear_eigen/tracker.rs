@@ -1,16 +1,17 @@
 //! Eigenvalues continued from a state of the same bodies whose spectrum is known.
 //!
 //! The tracked ones are the roots that Newton's method finds from the known ones on det(1 − KG) P with all others
-//! divided out where they were; the others stay where they were. For these roots the contact is interpolated over their
-//! frequencies alone, and coarsely; each is then corrected with the contact at its own place
-//! ([`refinement`](super::refinement)). Where one root does not settle, goes far, or meets another one, there is no
-//! answer, and the spectrum has to be searched for as a whole.
+//! divided out where they were. Known ones move with the poles of the bodies nearest to them: damping that changes
+//! moves all of them. For the tracked roots the contact is interpolated over their frequencies alone, and coarsely;
+//! each is then corrected with the contact at its own place ([`refinement`](super::refinement)). Where one root does
+//! not settle, goes far, or meets another one, there is no answer, and the spectrum has to be searched for as a whole.
 //!
 //! A count on request tells that no unstable one is missing, along the imaginary axis, at the frequencies of the
 //! others: with the continued roots exact and the others near theirs, what is left of the determinant has no zeros in
 //! the right half-plane but those that are missing. For the count the contact is interpolated over the frequencies of
 //! all modes.
 
+use super::eigenvectors::{looked_at, squares};
 use super::modal_compliance::SampledCompliance;
 use super::refinement::RefinedPairs;
 use super::{LastSpectrum, NonlinearEigenproblem, SpectrumMemory, C, CONTINUED, FAR};
@@ -18,6 +19,7 @@ use crate::contact::LinearContact;
 use crate::model::CoupledModel;
 use crate::stability::reduced::{check, Eigenpair};
 use crate::Result;
+use faer::Mat;
 use std::f64::consts::FRAC_PI_2;
 use std::rc::Rc;
 
@@ -34,6 +36,8 @@ pub struct KnownSpectrum {
     pub(super) tracked: Vec<C>,
     /// The other ones, 1/s.
     pub(super) others: Vec<C>,
+    /// Poles of the bodies, by falling frequency, 1/s.
+    poles: Vec<C>,
     /// Relaxations of the contact that are as little damped as what is listed, 1/s.
     relaxations: Vec<C>,
     /// Places on the imaginary axis where unstable ones are counted.
@@ -53,7 +57,24 @@ impl KnownSpectrum {
         let on_axis = |u: f64| C::from_polar(u.exp(), FRAC_PI_2);
         let values = || frequencies(&others).into_iter().map(on_axis).collect();
         let axis = state.modes().map(|modes| Rc::new(SampledCompliance::new(values(), modes)));
-        (!tracked.is_empty()).then(|| Self { tracked, others, relaxations: last.relaxations.clone(), axis })
+        let (poles, relaxations) = (by_frequency(&last.poles), last.relaxations.clone());
+        (!tracked.is_empty()).then_some(Self { tracked, others, poles, relaxations, axis })
+    }
+
+    /// Estimate of this spectrum in a state whose bodies have the poles `now`: each eigenvalue has moved by as much as
+    /// the pole nearest to it, if there are as many poles.
+    fn at_poles(&self, now: &[C]) -> Self {
+        let mut moved = self.clone();
+        if now.len() != self.poles.len() {
+            return moved;
+        }
+        let now = by_frequency(now);
+        for value in moved.tracked.iter_mut().chain(&mut moved.others) {
+            let far = |k: &usize| (self.poles[*k] - *value).norm_sqr();
+            let nearest = (0..now.len()).min_by(|a, b| far(a).total_cmp(&far(b)));
+            *value += nearest.map_or(C::default(), |k| now[k] - self.poles[k]);
+        }
+        moved
     }
 
     /// Number of eigenvalues that are continued.
@@ -103,14 +124,15 @@ pub fn track(
     memory: &SpectrumMemory,
 ) -> Result<Option<TrackedSpectrum>> {
     check(bodies, contact)?;
-    // One that grows and stays where it was would stand for one that is missing.
-    if known.others.iter().any(|v| v.re >= 0.0) {
-        return Ok(None);
-    }
     let given = Some((&known.relaxations[..], known.range()));
     let Some(mut problem) = NonlinearEigenproblem::with_relaxations(bodies, contact, (ratio, given), memory)? else {
         return Ok(None);
     };
+    let known = &known.at_poles(&problem.modes.poles);
+    // One that grows and stays where it was would stand for one that is missing.
+    if known.others.iter().any(|v| v.re >= 0.0) {
+        return Ok(None);
+    }
     let Some(mut roots) = problem.tracked(known) else { return Ok(None) };
     roots.sort_by(|a, b| b.re.total_cmp(&a.re).then(b.im.total_cmp(&a.im)));
     let Some(refined) = problem.refined(&roots) else { return Ok(None) };
@@ -121,6 +143,13 @@ pub fn track(
         true => problem.count(known, &roots),
     };
     Ok(Some(TrackedSpectrum { pairs, count }))
+}
+
+/// The `values` by falling frequency.
+fn by_frequency(values: &[C]) -> Vec<C> {
+    let mut all = values.to_vec();
+    all.sort_by(|a, b| b.im.total_cmp(&a.im).then(b.re.total_cmp(&a.re)));
+    all
 }
 
 /// Logarithms of the frequencies of `roots`, ascending, no two nearer than a part of the damping ratio there: one that
@@ -162,8 +191,11 @@ impl NonlinearEigenproblem<'_> {
     /// The eigenpairs without the unknowns of the contact, by falling growth rate; none where one has a backward error
     /// of more than `tolerance`.
     fn motions(&self, bodies: &CoupledModel, of: &RefinedPairs, tolerance: f64) -> Option<Vec<Eigenpair>> {
-        let errors = self.errors(bodies, &of.roots, (&of.forces, &of.motions), CONTINUED);
         let modal = self.modes.motions(&of.roots, &of.forces);
+        let some = looked_at(of.roots.len(), CONTINUED);
+        let modal_of_some = Mat::from_fn(modal.nrows(), some.len(), |i, k| modal[(i, some[k])]);
+        let found = (&of.forces[..], &of.motions, &squares(&modal)[..]);
+        let errors = self.errors(bodies, &of.roots, found, (&some, modal_of_some));
         let pair = |(l, (&value, backward_error)): (usize, (&C, f64))| {
             let modal = modal.col_as_slice(l).to_vec();
             Eigenpair { value, modal, tangential: Vec::new(), backward_error }

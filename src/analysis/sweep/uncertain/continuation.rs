@@ -16,8 +16,8 @@ use crate::{Error, Result};
 
 /// Result of a continuation from a base point.
 enum Continuation {
-    /// The outcome, and whether unstable eigenvalues were counted.
-    Found(Outcome, bool),
+    /// The outcome, which has what was done for it.
+    Found(Outcome),
     /// The count was not certain, or unstable ones are missing; so many were continued.
     Refused(usize),
     /// The eigenvalues went astray.
@@ -52,8 +52,7 @@ impl Study<'_> {
             survey.near.is_none() || self.counts.wants((first, i), unstable, |a, b| self.bases.distance(a, b))
         };
         match self.continuation((model.again(), point), (&survey, base), &is_counted)? {
-            Continuation::Found(outcome, true) => Ok(Some(Outcome { search: EigenvalueSearch::Continued, ..outcome })),
-            Continuation::Found(outcome, false) => Ok(Some(Outcome { search: EigenvalueSearch::Uncounted, ..outcome })),
+            Continuation::Found(outcome) => Ok(Some(outcome)),
             Continuation::Lost if self.defers.get() && !base.known.is_empty() => Ok(None),
             other => self.whole((model, point), (&survey, base), &other).map(Some),
         }
@@ -79,7 +78,13 @@ impl Study<'_> {
         }
         let point = point_of(points, i)?;
         match self.continuation((model.again(), point), (survey, &base), &|_| true)? {
-            Continuation::Found(outcome, _) => Ok(Outcome { search: EigenvalueSearch::Rebased, ..outcome }),
+            Continuation::Found(outcome) => {
+                let search = match outcome.search {
+                    EigenvalueSearch::Missed => EigenvalueSearch::Missed,
+                    _ => EigenvalueSearch::Rebased,
+                };
+                Ok(Outcome { search, ..outcome })
+            }
             other => {
                 let outcome = self.whole((model, point), (survey, &base), &other)?;
                 // That it went astray is kept where the base point has failed, too.
@@ -99,16 +104,28 @@ impl Study<'_> {
         (survey, base): (&Survey, &BasePoint),
         is_counted: &dyn Fn(&[Eigenpair]) -> bool,
     ) -> Result<Continuation> {
+        let mut failed = Continuation::Lost;
         for known in &base.known {
             self.memory.restore(&base.state);
-            match self.continued((model.again(), point), (survey, base, known), is_counted)? {
-                None => continue,
-                Some((outcome, Count::Complete)) => return Ok(Continuation::Found(outcome, true)),
-                Some((outcome, Count::NotAsked)) => return Ok(Continuation::Found(outcome, false)),
-                Some((outcome, Count::Refused)) => return Ok(Continuation::Refused(outcome.unstable())),
-            }
+            let search = |outcome: &Outcome, search| match &failed {
+                Continuation::Refused(n) if *n != outcome.unstable() => EigenvalueSearch::Missed,
+                _ => search,
+            };
+            failed = match self.continued((model.again(), point), (survey, base, known), is_counted)? {
+                None => failed,
+                Some((outcome, Count::Complete)) => {
+                    let search = search(&outcome, EigenvalueSearch::Continued);
+                    return Ok(Continuation::Found(Outcome { search, ..outcome }));
+                }
+                Some((outcome, Count::NotAsked)) => {
+                    let search = search(&outcome, EigenvalueSearch::Uncounted);
+                    return Ok(Continuation::Found(Outcome { search, ..outcome }));
+                }
+                // With more of them where they are a count may be certain.
+                Some((outcome, Count::Refused)) => Continuation::Refused(outcome.unstable()),
+            };
         }
-        Ok(Continuation::Lost)
+        Ok(failed)
     }
 
     /// A point whose eigenvalues are searched for as a whole, after a continuation that has failed.

@@ -1,6 +1,6 @@
 //! Compliance and motions of a part of the modes.
 
-use super::{CoupledModes, ModePoles, ModeSet, Reading, SingleMode, COUPLED, FEW, ROUNDING, SHARED};
+use super::{real_times, CoupledModes, ModePoles, ModeSet, Reading, SingleMode, COUPLED, FEW, ROUNDING, SHARED};
 use crate::body::ModalMatrix;
 use crate::model::CoupledModel;
 use crate::stability::nonlinear_eigen::pole_sums::PoleSums;
@@ -28,13 +28,9 @@ impl ModeSet {
             if !(stiffness > 0.0) {
                 return None;
             }
-            singles.push(SingleMode {
-                mode,
-                stiffness,
-                damping,
-                amplitudes: (0..functions).map(|i| basis[(i, mode)]).collect(),
-            });
+            singles.push(SingleMode { mode, stiffness, damping });
         }
+        let amplitudes = Mat::from_fn(singles.len(), functions, |t, i| basis[(i, singles[t].mode)]);
         let of = |real: bool| {
             let all = groups.iter().flat_map(|g: &CoupledModes| g.own.terms.iter());
             all.filter(move |p| (p.im == 0.0) == real).copied().collect::<Vec<C>>()
@@ -48,7 +44,7 @@ impl ModeSet {
         let pairs_of = lower_half(functions);
         let symmetric = Mat::from_fn(pairs_of.len(), singles.len(), |k, t| {
             let [i, j] = pairs_of[k];
-            singles[t].amplitudes[i] * singles[t].amplitudes[j]
+            amplitudes[(t, i)] * amplitudes[(t, j)]
         });
         let mut residues = Mat::<f64>::zeros(functions * functions, terms.columns() - singles.len());
         let (mut real, mut pairs) = (0, 0);
@@ -75,7 +71,23 @@ impl ModeSet {
                 }
             }
         }
-        Some(Self { first: at, functions, singles, groups, terms, symmetric, residues })
+        Some(Self { first: at, functions, singles, amplitudes, groups, terms, symmetric, residues })
+    }
+
+    /// Its own of the forces on all functions, `[functions, forces]`.
+    pub(super) fn own(&self, forces: &[Vec<C>]) -> Mat<C> {
+        Mat::from_fn(self.functions, forces.len(), |i, l| forces[l][self.first + i])
+    }
+
+    /// Amplitudes of its modes by themselves under `forces` on its functions, for each of `values`, `[singles,
+    /// values]`.
+    pub(super) fn motions_of_singles(&self, values: &[C], forces: &Mat<C>) -> Mat<C> {
+        let mut moved = real_times(&self.amplitudes, forces);
+        for (l, &lambda) in values.iter().enumerate() {
+            let column = moved.col_as_slice_mut(l).iter_mut();
+            column.zip(&self.singles).for_each(|(q, s)| *q /= off(s.at(lambda), s.stiffness));
+        }
+        moved
     }
 
     /// Its G at each of `values`, real part and imaginary part, and the same of derivatives, N in all, `[functions²,
@@ -135,8 +147,8 @@ impl CoupledModes {
 
     /// No more than the square of the norm of [`motions`](Self::motions) for each of `values`: as much as is read off
     /// them at one pole.
-    pub(super) fn least(&self, values: &[C], force: &dyn Fn(usize, usize) -> C) -> Vec<f64> {
-        let by_pole = &self.driven * Mat::from_fn(self.driven.ncols(), values.len(), force);
+    pub(super) fn least(&self, values: &[C], forces: &Mat<C>) -> Vec<f64> {
+        let by_pole = &self.driven * forces;
         let of = |(l, lambda): (usize, &C)| {
             let at = self.own.terms.iter().zip(&self.own.readings).zip(by_pole.col_as_slice(l));
             let read = |((pole, reading), by): ((&C, &Reading), &C)| {
@@ -147,12 +159,11 @@ impl CoupledModes {
         values.iter().enumerate().map(of).collect()
     }
 
-    /// Amplitudes of its modes under `force` on each function, for each of `values`, `[modes, values]`.
-    pub(super) fn motions(&self, values: &[C], force: &dyn Fn(usize, usize) -> C) -> Mat<C> {
+    /// Amplitudes of its modes under `forces` on the functions, for each of `values`, `[modes, values]`.
+    pub(super) fn motions(&self, values: &[C], forces: &Mat<C>) -> Mat<C> {
         let (t, f, count) = (self.own.terms.len(), self.driven.ncols(), values.len());
-        let force = Mat::from_fn(f, count, force);
-        let by_pole = &self.driven * &force;
-        let by_other = Mat::from_fn(t, f, |i, j| self.driven[(i, j)].conj()) * force;
+        let by_pole = &self.driven * forces;
+        let by_other = Mat::from_fn(t, f, |i, j| self.driven[(i, j)].conj()) * forces;
         // Of the amplitudes a and b of a pole and of its conjugate the modes have Re (a + b) + i Im (a − b): a real
         // product.
         let mut amplitudes = Mat::<f64>::zeros(2 * t, 2 * count);
