@@ -193,5 +193,7 @@ class Loudness(Table):
         said = f"{moving} of {len(self.fate)} samples followed in time squeal"
         loud = self.sorted_levels[np.isfinite(self.sorted_levels)]
         if len(loud):
-            said += f"; the median of their levels is {np.median(loud):.1f} dB(A), the largest {loud[-1]:.1f} dB(A)"
+            # Of an even number the lower one of the two in the middle, as the summary has it.
+            middle = np.quantile(loud, 0.5, method="inverted_cdf")
+            said += f"; the median of their levels is {middle:.1f} dB(A), the largest {loud[-1]:.1f} dB(A)"
         return f"{said}."

@@ -125,7 +125,7 @@ def test_limit_cycles_of_samples_are_shown(tmp_path: Path) -> None:
         found = {name: rows for name, _, rows in csv_tables(result)}
         text = "".join(uncertainty.section(result, {}))
     assert list(of.sorted_levels) == [-np.inf, 110, 120]
-    said = "2 of 4 samples followed in time squeal; the median of their levels is 115.0 dB(A), the largest 120.0 dB(A)."
+    said = "2 of 4 samples followed in time squeal; the median of their levels is 110.0 dB(A), the largest 120.0 dB(A)."
     assert of.sentence() == said and said in text
     assert found["uncertainty-cycles"][1] == (4, 1, 971.0, 0.2, 120.0, "")
     assert found["uncertainty-cycles"][3][-1] == "no state of rest"

@@ -300,12 +300,11 @@ fn perform(run: &mut Run) -> Result<Option<Vec<(String, String)>>> {
     let earlier = earlier(run);
     let all = steps(run.job, earlier);
     if is_heard(run.job) && earlier.reuse && !earlier.shapes && !all.contains(&Step::Modes) {
+        let key = run.job.analyses.limit_cycle_sounds().into_iter().find(|(_, sound)| sound.is_some()).map(|of| of.0);
         return Err(Error::Job(format!(
-            "{}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run without --reuse",
-            match run.job.analyses.cycles.as_ref().is_some_and(|c| c.sound_power.is_some()) {
-                true => cycles::SOUND,
-                false => sweep::SOUND,
-            }
+            "analyses.{}: with --reuse there are no mode shapes of the bodies; leave the sound out, or run without \
+             --reuse",
+            key.unwrap_or_default()
         )));
     }
     let examined = examine(run, all.contains(&Step::Bodies));

@@ -73,10 +73,13 @@ pub(super) fn faults(wanted: &Uncertainty) -> Vec<String> {
         let (found, replicates) = (cycles.samples, wanted.replicates() as u32);
         if found > wanted.samples {
             faults.push(format!("cycles.samples: found {found}, expected at most the {} samples", wanted.samples));
-        } else if found % replicates != 0 {
+        } else if wanted.method == SamplingMethod::Sobol
+            && (found % replicates != 0 || !(found / replicates).is_power_of_two())
+        {
             faults.push(format!(
-                "cycles.samples: found {found}, expected as many of each of the {replicates} replicates, e.g. {}",
-                replicates * found.div_ceil(replicates)
+                "cycles.samples: found {found}, expected a power of two of each of the {replicates} replicates, e.g. \
+                 {}",
+                replicates * found.div_ceil(replicates).next_power_of_two()
             ));
         }
     }

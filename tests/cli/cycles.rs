@@ -139,7 +139,16 @@ fn samples_are_as_loud_as_their_limit_cycles() {
         assert_eq!((fate[k] > 0, level[k].is_finite()), (unstable[k] > 0, unstable[k] > 0), "{k}: {level:?}");
     }
     let loud = (0..4).find(|&k| fate[k] > 0).expect("one that squeals");
-    assert!(fate.contains(&0), "one that is silent: {fate:?}");
+    let silent = fate.iter().position(|f| *f == 0).expect("one that is silent");
+    assert_eq!(numbers("cycles/sound_power/upper/total_level_a")[silent], f64::NEG_INFINITY);
+    assert!((numbers("cycles/force")[3 * silent + 2] / -70e3 - 1.0).abs() < 0.05);
+    // Where the rest of all is stable, all is silent; what cannot be followed is refused before the samples are solved.
+    let quiet = r#"analyses.uncertainty.inputs.0.distribution={"uniform":{"from":0.002,"to":0.0025}}"#;
+    let ran = folder.call(1, "run", &["--set", quiet, "--output", &folder.text("quiet.h5")]);
+    assert!(ran.good().out.contains("silence of 4 samples"), "{}", ran.out);
+    let key = "analyses.uncertainty.cycles.step";
+    let ran = folder.call(1, "run", &["--set", &format!("{key}=0.01"), "--output", &folder.text("refused.h5")]);
+    ran.failed(2, &[key, "too long for the highest mode"]);
     let quantiles = numbers("cycles/quantiles");
     assert!(quantiles.windows(2).all(|q| q[0] <= q[1]) && quantiles[6] == level.iter().copied().fold(0.0, f64::max));
 

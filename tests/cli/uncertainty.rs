@@ -420,6 +420,10 @@ fn what_cannot_be_is_refused() {
         (friction(json!({ "uniform": { "from": 0.5, "to": 0.1 } })), "expected from < to"),
         (friction(json!({ "normal": { "mean": 0.0, "deviation": 0.1 } })), "truncate the distribution"),
         (json!({ "inputs": [] }), "analyses.uncertainty.inputs"),
+        (
+            json!({ "cycles": { "samples": 48 }, "inputs": friction(uniform(0.1, 0.3))["inputs"] }),
+            "cycles.samples: found 48, expected a power of two of each of the 16 replicates, e.g. 64",
+        ),
     ] {
         hulten(uncertainty).refused(1, &[], 2, &[part]);
     }

@@ -149,6 +149,7 @@ impl BranchOutcomes {
         if let (true, Some(sounding)) = (world.is_root(), &sounding) {
             self.hears(sounding);
         }
+        run.progress.stage("limit cycles");
         let &FollowedPoints { cycles, points, folder, .. } = wanted;
         let following = CycleChains { cycles, points, folder, sounding: sounding.as_ref(), stop: run.stop };
         let mine = world.agree(following.all(world, model, chains, run.progress))?;

@@ -73,6 +73,9 @@ pub struct Base<'a, 's> {
 pub fn run(run: &mut Run, plan: &SweepPlan, base: Option<Base<'_, '_>>, own: Option<&Error>) -> Result<()> {
     let (world, job) = (run.world(), run.job);
     let study = Study::new(world, (job, plan), (base.as_ref(), own))?;
+    if let Some(study) = &study {
+        study.check_cycles(world, base.as_ref())?;
+    }
     let mut kept = match &study {
         Some(study) => Some(world.on_root(|| StoredPoints::open(&run.options.output, study.identity()))?),
         None => None,

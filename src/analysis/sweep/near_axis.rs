@@ -130,9 +130,12 @@ impl NearAxis {
         self.modes.binary_search(&mode).is_ok()
     }
 
-    /// True if an eigenvalue of a base point is continued: one that may be one of the modes; or one that is like no
-    /// mode that is followed, and may become unstable.
+    /// True if an eigenvalue of a base point is continued: one that is unstable there; one that may be one of the
+    /// modes; or one that is like no mode that is followed, and may become unstable.
     pub fn wants(&self, candidate: &BaseEigenvalue) -> bool {
+        if candidate.value.re >= 0.0 {
+            return true;
+        }
         let may_grow = self.others.is_some_and(|range| candidate.value.re + REACH * range >= 0.0);
         candidate.may_be.iter().any(|r| self.has(*r)) || (candidate.may_be.is_empty() && may_grow)
     }
@@ -175,7 +178,7 @@ mod tests {
         assert!(near(1.0, 3).is_none());
         assert!(grow.wants(&candidate(-50.0, &[2, 1])) && grow.wants(&candidate(-5.9, &[])));
         assert!(!grow.wants(&candidate(-50.0, &[2])) && !grow.wants(&candidate(-6.1, &[])));
-        assert!(!grow.wants(&candidate(-5.9, &[2])));
+        assert!(!grow.wants(&candidate(-5.9, &[2])) && grow.wants(&candidate(0.1, &[2])));
         let stay = near(0.5, 4).unwrap();
         assert_eq!(stay, NearAxis { modes: vec![0, 1, 3], others: None });
         assert!(!stay.wants(&candidate(-1.0, &[])));

@@ -22,6 +22,11 @@ impl SoundSetup {
         }
     }
 
+    /// Powers of all bodies in all third octaves at rest, W.
+    pub(super) fn silence(&self) -> Vec<f64> {
+        vec![0.0; self.bodies.len() * self.bands.centres().len()]
+    }
+
     /// Power of the body number `b` in the third octaves that its modes reach, W; none where it was not computed.
     fn power<'c>(&self, b: usize, cycle: &'c Cycle) -> &'c [f64] {
         let each = cycle.sound.len() / self.bodies.len().max(1);

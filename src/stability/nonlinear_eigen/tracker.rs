@@ -62,13 +62,16 @@ impl KnownSpectrum {
     }
 
     /// Estimate of this spectrum in a state whose bodies have the poles `now`: each eigenvalue has moved by as much as
-    /// the pole nearest to it, if there are as many poles.
+    /// the pole nearest to it, if there are as many poles and none has gone far.
     fn at_poles(&self, now: &[C]) -> Self {
         let mut moved = self.clone();
         if now.len() != self.poles.len() {
             return moved;
         }
         let now = by_frequency(now);
+        if now.iter().zip(&self.poles).any(|(a, b)| (a - b).norm() > FAR * b.norm()) {
+            return moved;
+        }
         for value in moved.tracked.iter_mut().chain(&mut moved.others) {
             let far = |k: &usize| (self.poles[*k] - *value).norm_sqr();
             let nearest = (0..now.len()).min_by(|a, b| far(a).total_cmp(&far(b)));
@@ -124,13 +127,17 @@ pub fn track(
     memory: &SpectrumMemory,
 ) -> Result<Option<TrackedSpectrum>> {
     check(bodies, contact)?;
+    // One that grows and stays where it was, or is taken to go to the left, would stand for one that is missing.
+    let grows = |known: &KnownSpectrum| known.others.iter().any(|v| v.re >= 0.0);
+    if grows(known) {
+        return Ok(None);
+    }
     let given = Some((&known.relaxations[..], known.range()));
     let Some(mut problem) = NonlinearEigenproblem::with_relaxations(bodies, contact, (ratio, given), memory)? else {
         return Ok(None);
     };
     let known = &known.at_poles(&problem.modes.poles);
-    // One that grows and stays where it was would stand for one that is missing.
-    if known.others.iter().any(|v| v.re >= 0.0) {
+    if grows(known) {
         return Ok(None);
     }
     let Some(mut roots) = problem.tracked(known) else { return Ok(None) };

@@ -111,7 +111,10 @@ impl Study<'_> {
                 Continuation::Refused(n) if *n != outcome.unstable() => EigenvalueSearch::Missed,
                 _ => search,
             };
-            failed = match self.continued((model.again(), point), (survey, base, known), is_counted)? {
+            // What follows a refused count is counted.
+            let was_refused = matches!(failed, Continuation::Refused(_));
+            let counts = |pairs: &[Eigenpair]| was_refused || is_counted(pairs);
+            failed = match self.continued((model.again(), point), (survey, base, known), &counts)? {
                 None => failed,
                 Some((outcome, Count::Complete)) => {
                     let search = search(&outcome, EigenvalueSearch::Continued);

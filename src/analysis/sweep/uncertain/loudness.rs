@@ -2,16 +2,21 @@
 //! silent.
 
 use super::super::cycles::{folder, BranchOutcomes, Chain, FollowedPoints};
-use super::super::{build, groups, point_of, Base, Sources};
+use super::super::sound::SoundSetup;
+use super::super::{build, goes_on, groups, point_of, Base, Sources};
 use super::{Study, LEVELS};
+use crate::analysis::radiation::bands_of;
 use crate::analysis::run::Run;
 use crate::job::{fe_inputs, Job, SampleCycles, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::datasets::cycles::{motions, Cycle};
 use crate::output::datasets::sweep::Outcome;
 use crate::output::Table;
+use crate::parallel::World;
 use crate::summary::Summary;
+use crate::transient::scheme::LIMIT;
 use crate::{Error, Result};
+use std::f64::consts::PI;
 
 /// Group of the results.
 const GROUP: &str = "/uncertainty/cycles";
@@ -20,11 +25,12 @@ const SOUND: &str = "analyses.uncertainty.cycles.sound_power";
 
 /// Samples that were followed, on rank 0.
 pub(in super::super) struct Loudness {
-    /// Numbers of their points.
-    points: Vec<usize>,
-    /// True where the state of rest failed.
-    has_failed: Vec<bool>,
+    /// Numbers of their points, and their states of rest.
+    samples: Vec<(usize, Outcome)>,
     found: BranchOutcomes,
+    harmonics: usize,
+    /// True if sound is wanted.
+    is_heard: bool,
     /// Share of them that may fail.
     max_failed: f64,
 }
@@ -36,6 +42,28 @@ fn followed(wanted: &SampleCycles, [samples, each, replicates]: [usize; 3]) -> V
 }
 
 impl Study<'_> {
+    /// Collective: an error if samples cannot be followed in time, or heard, on the bodies of the job's own point.
+    pub(in super::super) fn check_cycles(&self, world: &World, base: Option<&Base<'_, '_>>) -> Result<()> {
+        let (Some(wanted), Some(base)) = (&self.wanted.cycles, base) else { return Ok(()) };
+        if let Some(sound) = &wanted.sound_power {
+            bands_of((SOUND, sound), base.bodies, base.modes)?;
+        }
+        world.on_root(|| {
+            let highest = base.model.root()?.pair.omega.iter().copied().fold(0.0, f64::max);
+            if wanted.step * highest > LIMIT {
+                return Err(Error::Job(format!(
+                    "analyses.uncertainty.cycles.step: found {} s, too long for the highest mode kept, {:.1} Hz; \
+                     expected at most {:.3e} s, 2 pi steps to its period: take a shorter step or fewer modes",
+                    wanted.step,
+                    highest / (2.0 * PI),
+                    LIMIT / highest
+                )));
+            }
+            Ok(())
+        })?;
+        Ok(())
+    }
+
     /// Collective: the limit cycles of some samples among the `points` with these `results`, if they are wanted.
     pub(in super::super) fn loudness(
         &self,
@@ -50,17 +78,16 @@ impl Study<'_> {
         let chosen = followed(wanted, [points.len() / each, each, self.wanted.replicates()]);
         let unstable = |i: &usize| u8::from(results[*i].as_ref().is_some_and(|r| r.unstable() > 0));
         let unstable = world.broadcast(chosen.iter().map(unstable).collect::<Vec<u8>>());
-        // Of points that share bodies one model is made.
-        let mut moving: Vec<Option<Job>> = vec![None; points.len()];
-        for (&i, _) in chosen.iter().zip(&unstable).filter(|p| *p.1 == 1) {
-            moving[i] = points[i].clone();
-        }
+        let moving: Vec<usize> = chosen.iter().zip(&unstable).filter(|p| *p.1 == 1).map(|p| *p.0).collect();
+        let jobs: Vec<Option<Job>> = moving.iter().map(|&i| points[i].clone()).collect();
         let (cycles, folder) = (wanted.of_points(), folder(&run.options.output));
         let followed = FollowedPoints::create_folder(run, (&cycles, SOUND), (points, &folder))?;
         let mut found = BranchOutcomes::new(plan, &cycles);
         let mut earlier = Vec::new();
-        let groups = groups(&moving);
+        // Points that share bodies share a model.
+        let groups = groups(&jobs);
         for (number, (inputs, members)) in groups.iter().enumerate() {
+            let members: Vec<usize> = members.iter().map(|&k| moving[k]).collect();
             let (mut model, sources) = match base.filter(|_| *inputs == fe_inputs(run.job)) {
                 Some(base) => {
                     let model = SharedModel::broadcast(world, base.model.on_root())?;
@@ -69,33 +96,45 @@ impl Study<'_> {
                 None => {
                     run.progress.note(format!("bodies of limit cycles, {} of {}", number + 1, groups.len()));
                     let around = (run.meshes, &mut *run.progress);
-                    let (model, bodies, modes) = build(run.petsc, point_of(points, members[0])?, &mut earlier, around)?;
-                    (model, Sources::IntrinsicDamping(Box::new(bodies), modes))
+                    match build(run.petsc, point_of(points, members[0])?, &mut earlier, around) {
+                        Ok((model, bodies, modes)) => (model, Sources::IntrinsicDamping(Box::new(bodies), modes)),
+                        Err(e) if goes_on(&e) => {
+                            found.failed.extend(members.iter().map(|&i| (0, i, e.to_string())));
+                            continue;
+                        }
+                        Err(e) => return Err(e),
+                    }
                 }
             };
-            run.progress.stage("limit cycles of samples");
             let chains: Vec<Chain> = members.iter().map(|&i| Chain::of_point(i)).collect();
             found.follow(run, &followed, (&mut model, Some(sources)), (&chains, true))?;
         }
-        let has_failed = chosen.iter().map(|&i| results[i].as_ref().is_none_or(|r| r.status != 0)).collect();
-        Ok(Some(Loudness { points: chosen, has_failed, found, max_failed: self.wanted.max_failed }))
+        // On rank 0 alone there are all results.
+        let state = |&i: &usize| results[i].clone().map(|outcome| (i, outcome));
+        Ok(Some(Loudness {
+            samples: chosen.iter().filter_map(state).collect(),
+            found,
+            harmonics: cycles.harmonics as usize,
+            is_heard: wanted.sound_power.is_some(),
+            max_failed: self.wanted.max_failed,
+        }))
     }
 }
 
 impl Loudness {
     /// On rank 0: the tables, and what the summary says.
     pub(in super::super) fn report(self, plan: &SweepPlan, summary: &mut Summary) -> Vec<Table> {
-        let Self { points, has_failed, mut found, max_failed } = self;
-        let harmonics = found.cycles.iter().flatten().next().map_or(0, |c| c.lines.len());
-        let all: Vec<Cycle> = points
-            .iter()
-            .zip(&has_failed)
-            .map(|(&i, failed)| match (found.cycles[i].take(), failed) {
-                (Some(cycle), _) => cycle,
-                (None, true) => Cycle::none(harmonics),
-                (None, false) => Cycle::at_rest([f64::NAN; 3], [0, 0], 0.0, harmonics),
-            })
-            .collect();
+        let Self { samples, mut found, harmonics, is_heard, max_failed } = self;
+        let silence = found.heard.as_ref().map_or(Vec::new(), SoundSetup::silence);
+        let cycle = |(i, rest): &(usize, Outcome)| match found.cycles[*i].take() {
+            Some(cycle) => cycle,
+            None if rest.status != 0 || rest.unstable() > 0 => Cycle::none(harmonics),
+            None => {
+                let cycle = Cycle::at_rest(rest.force, [rest.closed, rest.sticking], 0.0, harmonics);
+                Cycle { sound: silence.clone(), ..cycle }
+            }
+        };
+        let all: Vec<Cycle> = samples.iter().map(cycle).collect();
         let count = |fate: i8| all.iter().filter(|c| c.fate == fate).count();
         let (n, squealing) = (all.len(), all.iter().filter(|c| c.fate > 0).count());
         let mut text = format!("{squealing} of {n} samples squeal");
@@ -107,12 +146,14 @@ impl Loudness {
         summary.value("limit cycles", text);
         let group = |name: &str| format!("{GROUP}/{name}");
         let text = "Row of each followed sample in the tables of /uncertainty.";
-        let rows = points.iter().map(|&i| i as i64).collect::<Vec<i64>>();
+        let rows = samples.iter().map(|s| s.0 as i64).collect::<Vec<i64>>();
         let mut tables = vec![Table::list(&group("sample"), "1", text, rows)];
         tables.extend(motions(GROUP, &[n], &all));
-        if let Some(heard) = &found.heard {
-            let silent = |c: &Cycle| if c.fate == 0 { f64::NEG_INFINITY } else { f64::NAN };
-            let level = |c: &Cycle| heard.level(c).map_or_else(|| silent(c), |level| level.0);
+        if is_heard {
+            let level = |c: &Cycle| match c.fate {
+                0 => f64::NEG_INFINITY,
+                _ => found.heard.as_ref().and_then(|heard| heard.level(c)).map_or(f64::NAN, |level| level.0),
+            };
             let levels: Vec<f64> = all.iter().map(level).collect();
             let mut known: Vec<f64> = levels.iter().copied().filter(|v| !v.is_nan()).collect();
             known.sort_by(f64::total_cmp);
@@ -121,33 +162,40 @@ impl Loudness {
                 let [low, middle, high] = [0.05, 0.5, 0.95].map(|p| reached(&loud, p));
                 let text = format!("median {middle:.1} dB(A) of those that squeal, 90 % within {low:.1} and {high:.1}");
                 summary.value("  level", text);
-                let text = format!("{} of all samples", in_words(reached(&known, 0.95)));
+            }
+            if !known.is_empty() {
+                let text =
+                    format!("{} of {} samples, silent ones among them", in_words(reached(&known, 0.95)), known.len());
                 summary.value("  one in twenty is louder than", text);
             }
-            if let Some((k, text)) = heard.loudest(&all) {
-                summary.value("  loudest", format!("{text}, {}", plan.place(points[k])));
+            if let Some((k, text)) = found.heard.as_ref().and_then(|heard| heard.loudest(&all)) {
+                summary.value("  loudest", format!("{text}, {}", plan.place(samples[k].0)));
             }
             let text =
                 "A-weighted sound power level of the louder body, re 1 pW; -inf of a silent sample, NaN where it \
                         is not known.";
             tables.push(Table::list(&group("level_a"), "dB", text, levels));
-            let text = "Levels that the shares /uncertainty/levels of all these samples do not exceed; -inf: silence.";
+            let text =
+                "Levels that the shares /uncertainty/levels of the samples whose level is known do not exceed; -inf: \
+                        silence.";
             tables.push(Table::list(&group("quantiles"), "dB", text, LEVELS.map(|p| reached(&known, p)).to_vec()));
-            tables.extend(heard.tables(GROUP, &[n], &all));
+            tables.extend(found.heard.iter().flat_map(|heard| heard.tables(GROUP, &[n], &all)));
         }
-        let mut messages = vec![String::new(); n];
+        let mut messages: Vec<String> = samples.iter().map(|s| s.1.message.clone()).collect();
         found.failed.sort();
-        let failed = found.failed.len() as f64 / n as f64;
-        if let Some((_, point, why)) = found.failed.first().filter(|_| failed > max_failed) {
-            summary.fail(Error::NotConverged(format!(
-                "{} of {n} limit cycles were not computed, more than analyses.uncertainty.max_failed = {max_failed} of \
-                 them; the others are in the results, and {GROUP}/message says which and why. The first is {}: {why}",
-                found.failed.len(),
-                plan.place(*point)
-            )));
+        for (_, point, why) in &found.failed {
+            samples.iter().position(|s| s.0 == *point).into_iter().for_each(|k| messages[k].clone_from(why));
         }
-        for (_, point, why) in found.failed {
-            points.iter().position(|&i| i == point).into_iter().for_each(|k| messages[k].clone_from(&why));
+        if let Some((_, point, why)) = found.failed.first() {
+            let (place, failed) = (plan.place(*point), found.failed.len());
+            summary.value("  first not computed", format!("{place}: {why}"));
+            if failed as f64 / n as f64 > max_failed {
+                summary.fail(Error::NotConverged(format!(
+                    "{failed} of {n} limit cycles were not computed, more than analyses.uncertainty.max_failed = \
+                     {max_failed} of them; the others are in the results, and {GROUP}/message says which and why. The \
+                     first is {place}: {why}"
+                )));
+            }
         }
         let text = "Why a limit cycle was not computed; empty where it was.";
         tables.push(Table::list(&group("message"), "-", text, messages));

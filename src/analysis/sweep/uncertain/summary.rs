@@ -109,15 +109,18 @@ fn search_in_words(all: &[Outcome], summary: &mut Summary) {
     summary.value(
         "eigenvalues",
         format!(
-            "{continued} points continued from {bases} base points, {} searched for since they could not be{others}",
-            fell_back + missed
+            "{continued} points continued from {bases} base points, {fell_back} searched for since they could not \
+             be{others}"
         ),
     );
     if uncounted + missed > 0 {
         let counted = counted + rebased;
         let text = match missed {
             0 => format!("unstable eigenvalues counted at {counted} of these points, none was missing"),
-            _ => format!("unstable eigenvalues were missing at {missed} points; all others were counted"),
+            _ => format!(
+                "unstable eigenvalues were missing at {missed} points, for which more were searched; all others were \
+                 counted"
+            ),
         };
         summary.value("  counts", text);
     }
