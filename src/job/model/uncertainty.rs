@@ -65,8 +65,8 @@ pub struct Uncertainty {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SampleCycles {
-    /// Number of random samples that are followed: the first ones of each replicate, as many of each. Those that are
-    /// stable count as silent.
+    /// Number of random samples that are followed: the first ones of each replicate, a power of two of each, or of the
+    /// Latin hypercube. Those that are stable count as silent.
     #[schemars(range(min = 4, max = 100_000))]
     pub samples: u32,
     /// Longest time that a sample is followed, s.

@@ -213,3 +213,26 @@ impl NonlinearEigenproblem<'_> {
         good.then_some(pairs)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Eigenvalues move with the pole nearest to them; where poles have come, gone, or gone far, they stay.
+    #[test]
+    fn known_eigenvalues_move_with_the_poles() {
+        let [first, second] = [C::new(-1.0, 99.0), C::new(-2.0, 200.0)];
+        let (tracked, others) = (vec![C::new(-1.5, 100.0)], vec![C::new(-3.0, 203.0)]);
+        let poles = by_frequency(&[first, second]);
+        let known = KnownSpectrum { tracked, others, poles, relaxations: Vec::new(), axis: None };
+        let moved = |poles: &[C]| {
+            let moved = known.at_poles(poles);
+            (moved.tracked[0], moved.others[0])
+        };
+        assert_eq!(moved(&[first, C::new(-4.0, 200.0)]), (C::new(-1.5, 100.0), C::new(-5.0, 203.0)));
+        assert_eq!(moved(&[C::new(-4.0, 200.0), first]), (C::new(-1.5, 100.0), C::new(-5.0, 203.0)));
+        let stayed = (known.tracked[0], known.others[0]);
+        assert_eq!(moved(&[first]), stayed);
+        assert_eq!(moved(&[first, C::new(-90.0, 200.0)]), stayed);
+    }
+}

@@ -124,7 +124,8 @@ impl Study<'_> {
                     let search = search(&outcome, EigenvalueSearch::Uncounted);
                     return Ok(Continuation::Found(Outcome { search, ..outcome }));
                 }
-                // With more of them where they are a count may be certain.
+                // With more of them where they are a count may be certain; the first one tells what was missing.
+                Some((_, Count::Refused)) if was_refused => failed,
                 Some((outcome, Count::Refused)) => Continuation::Refused(outcome.unstable()),
             };
         }

@@ -171,13 +171,9 @@ impl Loudness {
             if let Some((k, text)) = found.heard.as_ref().and_then(|heard| heard.loudest(&all)) {
                 summary.value("  loudest", format!("{text}, {}", plan.place(samples[k].0)));
             }
-            let text =
-                "A-weighted sound power level of the louder body, re 1 pW; -inf of a silent sample, NaN where it \
-                        is not known.";
+            let text = "A-weighted sound power level of the louder body, re 1 pW; -inf: silent, NaN: not known.";
             tables.push(Table::list(&group("level_a"), "dB", text, levels));
-            let text =
-                "Levels that the shares /uncertainty/levels of the samples whose level is known do not exceed; -inf: \
-                        silence.";
+            let text = "Levels that the shares /uncertainty/levels of the known ones do not exceed; -inf: silence.";
             tables.push(Table::list(&group("quantiles"), "dB", text, LEVELS.map(|p| reached(&known, p)).to_vec()));
             tables.extend(found.heard.iter().flat_map(|heard| heard.tables(GROUP, &[n], &all)));
         }
