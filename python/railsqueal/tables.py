@@ -415,6 +415,7 @@ class Branches(Table):
     unstable: Integers  # [p], multipliers outside the unit circle, -1 where they were not computed
     special: list[str]  # [p], kind of a special point, empty of an ordinary cycle
     second_frequency: Floats  # [p], Hz
+    special_error: Floats  # [p], of the key, error of the location; NaN of an ordinary cycle
     branch: Integers  # [p], number of the branch
     start: Integers  # [b], place of the cycle that each branch was begun with
     origin: list[str]  # [b], where it was begun
@@ -423,12 +424,16 @@ class Branches(Table):
     onset_frequency: Floats  # [o], Hz
     onset_above: Integers  # [o], 1 where it grows above
     onset_mode: Integers  # [o], modes that grow on both sides: 0 where rest loses its stability
+    onset_criticality: Integers  # [o], -1 subcritical, 1 supercritical, 0 not known
     level_a: dict[str, Floats]  # A-weighted sound power level of each body that is heard, [p], dB re 1 pW
 
     @classmethod
     def from_result(cls, result: Result) -> Self:
         """The branches of a result."""
         cls.expect(result)
+        # Results of earlier versions have neither errors nor criticality.
+        error = result.optional("cycles/special_error")
+        critical = result.optional("cycles/onset/criticality")
         ends = [str(t) for t in np.char.decode(np.asarray(result["cycles/end"], dtype=bytes), "utf-8").ravel()]
         return cls(
             result.texts("cycles/along")[0],
@@ -443,6 +448,7 @@ class Branches(Table):
             result.integers("cycles/unstable"),
             result.texts("cycles/special"),
             result.array("cycles/second_frequency"),
+            np.full(len(result.array("cycles/key")), np.nan) if error is None else error,
             result.integers("cycles/branch"),
             result.integers("cycles/start"),
             result.texts("cycles/origin"),
@@ -451,6 +457,7 @@ class Branches(Table):
             result.array("cycles/onset/frequency"),
             result.integers("cycles/onset/above"),
             result.integers("cycles/onset/mode"),
+            np.asarray(np.zeros_like(result.array("cycles/onset/key")) if critical is None else critical, np.int64),
             {
                 b: result.array(path)
                 for b in BODIES.values()

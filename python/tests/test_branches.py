@@ -31,6 +31,7 @@ def result(path: Path) -> Path:
         dataset(file, "cycles/unstable", [0, 0, 0, 1, 0, 0])
         dataset(file, "cycles/special", ["", "", "fold", "", "", ""], "-")
         dataset(file, "cycles/second_frequency", np.zeros(count), "Hz")
+        dataset(file, "cycles/special_error", [np.nan, np.nan, 3e-7, np.nan, np.nan, np.nan])
         dataset(file, "cycles/branch", [0, 0, 0, 0, 1, 1])
         dataset(file, "cycles/start", [0, 4])
         dataset(file, "cycles/origin", ["unstable mode 1", "unstable mode 2"], "-")
@@ -40,6 +41,7 @@ def result(path: Path) -> Path:
         dataset(file, "cycles/onset/frequency", [421.0, 600.0], "Hz")
         dataset(file, "cycles/onset/above", [1, 1])
         dataset(file, "cycles/onset/mode", [0, 1])
+        dataset(file, "cycles/onset/criticality", [-1, 1])
         dataset(file, "cycles/sound_power/upper/total_level_a", np.linspace(100.0, 105.0, count), "dB")
     return path
 
@@ -61,6 +63,7 @@ def test_diagram_and_section_show_both_branches(tmp_path: Path) -> None:
     assert [p.name for p in made] == ["a-branches.png"] and made[0].stat().st_size > 0
     # The second mode does not start by itself: another one grows already.
     assert parts.count("unstable mode") == 4 and "0.270000" in parts and "0.290000" not in parts and "fold" in parts
+    assert "subcritical" in parts and "supercritical" not in parts and parts.count("3.0e−07") == 1
 
 
 def test_export_writes_a_row_for_each_cycle(tmp_path: Path) -> None:

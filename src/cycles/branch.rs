@@ -45,6 +45,8 @@ pub struct Special {
     pub kind: SpecialKind,
     /// Second frequency of a torus point, Hz; 0 otherwise.
     pub second: f64,
+    /// Error of its location, in the unit of the key.
+    pub error: f64,
 }
 
 /// Kinds of special points.
@@ -152,6 +154,8 @@ pub struct BranchState {
     pub(super) memory: ContactMemory,
     /// Marches made for it.
     pub marches: usize,
+    /// Why multipliers of a cycle were not found, of the first such cycle; none where all were.
+    pub unknown: Option<String>,
 }
 
 impl BranchState {
@@ -163,7 +167,8 @@ impl BranchState {
         }
         let memory = start.cycle.begin.clone();
         let length = FIRST * extent.longest;
-        Self { points: vec![start], end: None, ahead, length, contact: Some(contact), memory, marches: 0 }
+        let contact = Some(contact);
+        Self { points: vec![start], end: None, ahead, length, contact, memory, marches: 0, unknown: None }
     }
 
     /// The same towards the other side; its marches are counted with the other one.
@@ -215,9 +220,9 @@ pub fn follow(
     equations.memory = state.memory.clone();
     while state.end.is_none() {
         let before = equations.marches;
-        let mut walk = BranchWalk { equations, extent, contact: state.contact.take() };
+        let mut walk = BranchWalk { equations, extent, contact: state.contact.take(), unknown: state.unknown.take() };
         let end = walk.one(state);
-        state.contact = walk.contact.take();
+        (state.contact, state.unknown) = (walk.contact.take(), walk.unknown.take());
         state.end = match end {
             Err(e @ Error::NotConverged(_)) => Some(BranchEnd::Lost(e.to_string())),
             Err(e @ (Error::Job(_) | Error::Input(_))) => Some(BranchEnd::Model(e.to_string())),
@@ -236,6 +241,8 @@ pub(super) struct BranchWalk<'w, 'e, 'a> {
     pub(super) equations: &'w mut Equations<'e, 'a>,
     pub(super) extent: &'w BranchExtent,
     pub(super) contact: Option<ContactJacobian>,
+    /// As that of [`BranchState`].
+    pub(super) unknown: Option<String>,
 }
 
 impl BranchWalk<'_, '_, '_> {
@@ -371,18 +378,33 @@ impl BranchWalk<'_, '_, '_> {
         self.equations.correct(guess, &conditions, &mut self.contact)
     }
 
-    /// A point with its multipliers.
+    /// A point with its multipliers, or without them where they are not found: a cycle that was solved for stays one.
     pub(super) fn point(&mut self, found: CorrectorResult, special: Option<Special>) -> Result<BranchPoint> {
         let key = self.equations.key_of(&found.u);
         let multipliers = match self.extent.stability {
-            true => {
-                let conditions = self.equations.family.conditions(key)?;
-                let resolution = self.equations.resolution;
-                let structure = self.equations.structure_at(key)?;
-                Some(multipliers(&structure, &conditions, &found.cycle, resolution)?)
-            }
+            true => match stability_of(self.equations, key, &found.cycle)? {
+                Ok(found) => Some(found),
+                Err(why) => {
+                    self.unknown.get_or_insert(why);
+                    None
+                }
+            },
             false => None,
         };
         Ok(BranchPoint { key, u: found.u, cycle: found.cycle, multipliers, special })
+    }
+}
+
+/// The multipliers of `cycle`, a solution at the value `key`, or why they were not found.
+pub fn stability_of(
+    equations: &Equations<'_, '_>,
+    key: f64,
+    cycle: &PeriodicSolution,
+) -> Result<std::result::Result<Multipliers, String>> {
+    let conditions = equations.family.conditions(key)?;
+    match multipliers(&*equations.structure_at(key)?, &conditions, cycle, equations.resolution) {
+        Ok(found) => Ok(Ok(found)),
+        Err(Error::NotConverged(why)) => Ok(Err(format!("at the key {key:.7}: {why}"))),
+        Err(e) => Err(e),
     }
 }

@@ -22,6 +22,7 @@ mod free;
 mod growing;
 mod hill;
 mod kernel;
+mod order;
 mod poles;
 mod prescribed;
 mod receptance;
@@ -34,6 +35,8 @@ mod tests;
 pub use balance::{Conditions, ContactMemory, PeriodicSolution, Resolution};
 pub use branch::{BranchEnd, BranchExtent, BranchPoint, BranchState, Family, Special, SpecialKind};
 pub use contact_jacobian::ContactJacobian;
-pub use floquet::multipliers;
+#[cfg(test)]
+pub use floquet::Multipliers;
 pub use growing::{cycle_of_mode, GrowingMotion};
+pub use order::in_order;
 pub use structure::Structure;

@@ -30,6 +30,11 @@ impl Writer {
         self.list(rows.as_flattened());
     }
 
+    fn text(&mut self, text: &str) {
+        let bytes: Vec<f64> = text.bytes().map(f64::from).collect();
+        self.list(&bytes);
+    }
+
     fn complex(&mut self, values: &[C]) {
         let all: Vec<[f64; 2]> = values.iter().map(|z| [z.re, z.im]).collect();
         self.rows(&all);
@@ -69,6 +74,10 @@ impl Numbers<'_> {
         (all.len() % N == 0).then(|| all.chunks_exact(N).map(|c| std::array::from_fn(|k| c[k])).collect())
     }
 
+    fn text(&mut self) -> Option<String> {
+        String::from_utf8(self.list()?.into_iter().map(|b| b as u8).collect()).ok()
+    }
+
     fn complex(&mut self) -> Option<Vec<C>> {
         Some(self.rows::<2>()?.into_iter().map(|[re, im]| C::new(re, im)).collect())
     }
@@ -103,8 +112,8 @@ impl Numbers<'_> {
                 Some(Multipliers { values, phase: C::new(self.one()?, self.one()?) })
             }
         };
-        let [kind, second] = [self.one()?, self.one()?];
-        let special = SpecialKind::ALL.get(kind as usize).map(|&kind| Special { kind, second });
+        let [kind, second, error] = [self.one()?, self.one()?, self.one()?];
+        let special = SpecialKind::ALL.get(kind as usize).map(|&kind| Special { kind, second, error });
         let special = if kind < 0.0 { None } else { Some(special?) };
         Some(BranchPoint { key, u, cycle, multipliers, special })
     }
@@ -142,7 +151,7 @@ impl BranchPoint {
         }
         let kind = |s: Special| SpecialKind::ALL.iter().position(|k| *k == s.kind);
         to.one(self.special.and_then(kind).map_or(-1.0, |k| k as f64));
-        to.one(self.special.map_or(0.0, |s| s.second));
+        to.many(&self.special.map_or([0.0; 2], |s| [s.second, s.error]));
     }
 
     /// All of it in a row.
@@ -174,8 +183,9 @@ impl BranchState {
             Some(BranchEnd::Lost(why)) => (5.0, &why[..]),
         };
         to.one(kind);
-        let bytes: Vec<f64> = text.bytes().map(f64::from).collect();
-        to.list(&bytes);
+        to.text(text);
+        to.one(f64::from(u8::from(self.unknown.is_some())));
+        to.text(self.unknown.as_deref().unwrap_or_default());
         to.list(&self.ahead);
         to.many(&[self.length, self.marches as f64]);
         to.memory(&self.memory);
@@ -197,15 +207,15 @@ impl BranchState {
             return None;
         }
         points.truncate(count);
-        let (kind, bytes) = (from.one()?, from.list()?);
-        let why = || String::from_utf8(bytes.iter().map(|b| *b as u8).collect()).ok();
+        let (kind, text) = (from.one()?, from.text()?);
+        let (known, unknown) = (from.one()? == 0.0, from.text()?);
         let end = match kind {
             0.0 => None,
             1.0 => Some(BranchEnd::Range),
             2.0 => Some(BranchEnd::Rest),
             3.0 => Some(BranchEnd::Count),
-            4.0 => Some(BranchEnd::Model(why()?)),
-            5.0 => Some(BranchEnd::Lost(why()?)),
+            4.0 => Some(BranchEnd::Model(text)),
+            5.0 => Some(BranchEnd::Lost(text)),
             _ => return None,
         };
         let ahead = from.list()?;
@@ -219,6 +229,7 @@ impl BranchState {
         }
         let derivative = Mat::from_fn(rows, columns, |i, k| entries[rows * k + i]);
         let contact = Some(ContactJacobian { u, force, derivative });
-        Some(Self { points, end, ahead, length, contact, memory, marches })
+        let unknown = (!known).then_some(unknown);
+        Some(Self { points, end, ahead, length, contact, memory, marches, unknown })
     }
 }

@@ -66,6 +66,7 @@ impl BranchWalk<'_, '_, '_> {
         let known = |p: &BranchPoint| (place(&p.u), sign * p.key, p.u.clone());
         let [mut a, mut b, mut c] = [known(before), known(middle), known(after)];
         let mut best: Option<CorrectorResult> = None;
+        let mut last: f64 = 0.0;
         for _ in 0..BISECTIONS {
             let (d, e) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
             let vertex = 0.5 * (a.0 + b.0) - 0.5 * d * (c.0 - a.0) / (e - d);
@@ -83,6 +84,7 @@ impl BranchWalk<'_, '_, '_> {
             };
             let now = (next, sign * self.equations.key_of(&there.u), there.u.clone());
             let gain = (now.1 - b.1).abs();
+            last = gain;
             match (now.1 > b.1, next < b.0) {
                 (true, true) => (c, b) = (b, now),
                 (true, false) => (a, b) = (b, now),
@@ -97,7 +99,11 @@ impl BranchWalk<'_, '_, '_> {
                 break;
             }
         }
-        let special = Some(Special { kind: SpecialKind::Fold, second: 0.0 });
+        // The key of the fold differs from that of the middle one of three cycles, the largest, by what the parabola
+        // has beyond it; or, where that tells too little, by the last correction.
+        let ends = [a, b, c].map(|(place, key, _)| (place, key));
+        let error = beyond_the_middle(ends).max(last);
+        let special = Some(Special { kind: SpecialKind::Fold, second: 0.0, error });
         match best {
             Some(found) => self.point(found, special).map(Some),
             None => Ok(Some(BranchPoint { special, ..middle.clone() })),
@@ -131,7 +137,7 @@ impl BranchWalk<'_, '_, '_> {
             }
             best = Some(found);
         }
-        let special = Some(Special { kind, second: 0.0 });
+        let special = Some(Special { kind, second: 0.0, error: (high.1 - low.1).abs() });
         match best {
             Some(found) => self.point(found, special),
             None => Ok(BranchPoint { special, ..there.clone() }),
@@ -152,7 +158,15 @@ impl BranchWalk<'_, '_, '_> {
         let mut tried = vec![(0.0, level(a)), (1.0, level(b))];
         let (mut low, mut high) = (0.0, 1.0);
         let begins = level(a) < 0.0;
-        let mut best: Option<BranchPoint> = None;
+        let critical = |m: &Multipliers| m.values.get(unlike(m, count)).copied().unwrap_or_default();
+        let kind = |m: &Multipliers| match (critical(m).im.abs() > 1e-9, critical(m).re > 0.0) {
+            (true, _) => SpecialKind::Torus,
+            (false, true) => SpecialKind::Crossing,
+            (false, false) => SpecialKind::Flip,
+        };
+        let mut best = (if level(a).abs() < level(b).abs() { here } else { there }).clone();
+        // Way that is left to the passage, of that between both.
+        let mut left = 1.0;
         for round in 0..ROUNDS {
             let part = match zero_of(&tried, [low, high]) {
                 Some(part) if round % 4 < 3 => part,
@@ -164,7 +178,7 @@ impl BranchWalk<'_, '_, '_> {
                 Err(e) => return Err(e),
             };
             let point = self.point(found, None)?;
-            let Some(m) = &point.multipliers else { return Ok(None) };
+            let Some(m) = &point.multipliers else { break };
             // Nearer than this multipliers do not tell.
             let known = level(m).abs() <= m.error();
             tried.push((part, level(m)));
@@ -174,25 +188,45 @@ impl BranchWalk<'_, '_, '_> {
             }
             // The next place is where the zero lies but for what this one tells beside those before it.
             let apart = zero_of(&tried, [low, high]).map_or(high - low, |next| (next - part).abs());
-            let critical = m.values.get(unlike(m, count)).copied().unwrap_or_default();
-            let kind = match (critical.im.abs() > 1e-9, critical.re > 0.0) {
-                (true, _) => SpecialKind::Torus,
-                (false, true) => SpecialKind::Crossing,
-                (false, false) => SpecialKind::Flip,
-            };
-            let second = match kind {
-                SpecialKind::Torus => critical.arg() * point.cycle.frequency / (2.0 * std::f64::consts::PI),
-                _ => 0.0,
-            };
-            best = Some(BranchPoint { special: Some(Special { kind, second }), ..point });
+            left = apart.max(blind(&tried, m.error())).min(1.0);
+            best = point;
             if known || (apart * (there.key - here.key).abs() < tolerance && apart < 1e-3) {
                 break;
             }
         }
         // At a fold that has not shown yet the key goes beyond both.
         let beyond = |p: &BranchPoint| (p.key - here.key) * (there.key - p.key) <= 0.0;
-        let folds = |p: &BranchPoint| p.special.is_some_and(|s| s.kind == SpecialKind::Crossing) && beyond(p);
-        Ok(best.filter(|p| !folds(p)))
+        let Some(kind) = best.multipliers.as_ref().map(kind) else { return Ok(None) };
+        let turn = best.multipliers.as_ref().map_or(0.0, |m| critical(m).arg());
+        let second = match kind {
+            SpecialKind::Torus => turn * best.cycle.frequency / (2.0 * std::f64::consts::PI),
+            _ => 0.0,
+        };
+        let error = left * (there.key - here.key).abs();
+        let folds = kind == SpecialKind::Crossing && beyond(&best);
+        Ok((!folds).then_some(BranchPoint { special: Some(Special { kind, second, error }), ..best }))
+    }
+}
+
+/// The way about a zero, of that between both ends, in which a function that is known up to `error` does not tell its
+/// sign: by its slope between the last two places where it was looked at.
+fn blind(tried: &[(f64, f64)], error: f64) -> f64 {
+    match tried {
+        [.., a, b] if a.1 != b.1 => (error * (b.0 - a.0) / (b.1 - a.1)).abs(),
+        _ => 1.0,
+    }
+}
+
+/// How far the parabola through three points, places and values, the middle one the largest, goes beyond that one: at
+/// most by the difference to the smallest.
+fn beyond_the_middle([a, b, c]: [(f64, f64); 3]) -> f64 {
+    let (left, right) = ((b.1 - a.1) / (b.0 - a.0), (c.1 - b.1) / (c.0 - b.0));
+    let bend = (right - left) / (c.0 - a.0);
+    let slope = left + bend * (b.0 - a.0);
+    let most = (b.1 - a.1.min(c.1)).abs();
+    match 0.25 * slope * slope / -bend {
+        beyond if beyond.is_finite() && beyond >= 0.0 => beyond.min(most),
+        _ => most,
     }
 }
 

@@ -54,16 +54,24 @@ fn a_branch_is_the_same_on_two_ranks_and_passes_through_a_marched_cycle() {
     let (key, energy, frequency) = (read("cycles/key"), read("cycles/kinetic"), read("cycles/frequency"));
     let start = whole.dataset("cycles/start").and_then(|d| d.read_raw::<i64>()).expect("start")[0] as usize;
     assert!(key.len() > 5 && (key[start] - 0.014).abs() < 1e-12 && key.windows(2).all(|k| k[0] < k[1]), "{key:?}");
-    // The same cycle, marched.
+    // The same cycle, marched, and the sound of both.
+    let sound = json!({ "min_frequency": 200, "max_frequency": 600 });
     let mut swept = job(quick());
     swept["analyses"] = json!({
         "modes": { "count": 6 },
         "stability": {},
         "sweep": {
             "keys": { "contact.creepage.lateral": [0.014] },
-            "cycles": { "duration": 3.0, "settled": 0.001, "amplitude": 1e-5, "branches": ["mode"] }
+            "cycles": {
+                "duration": 3.0, "settled": 0.001, "amplitude": 1e-5, "branches": ["mode"], "sound_power": sound
+            }
         }
     });
+    // Alone and with its sound, in the same run.
+    swept["analyses"]["cycles"] = quick();
+    for (key, value) in [("most", json!(1)), ("stability", json!(false)), ("sound_power", sound)] {
+        swept["analyses"]["cycles"][key] = value;
+    }
     let beside = Folder::with(swept.to_string());
     beside.call(1, "run", &["--output", &beside.text("swept.h5")]).good();
     let file = open(beside.path("swept.h5"));
@@ -75,6 +83,22 @@ fn a_branch_is_the_same_on_two_ranks_and_passes_through_a_marched_cycle() {
     assert!((frequency[start] / marched - 1.0).abs() < 2e-5, "{} Hz, marched {marched} Hz", frequency[start]);
     let kinetic = number("sweep/cycles/kinetic");
     assert!((energy[start] / kinetic - 1.0).abs() < 0.01, "{} J, marched {kinetic} J", energy[start]);
+    let numbers = |name: &str| file.dataset(name).and_then(|d| d.read_raw::<f64>()).expect("numbers");
+    let place = file.dataset("cycles/start").and_then(|d| d.read_raw::<i64>()).expect("start")[0] as usize;
+    assert_eq!(numbers("cycles/sound_power/band_name"), numbers("sweep/cycles/sound_power/band_name"));
+    for body in ["lower", "upper"] {
+        let of = |name: &str| numbers(&format!("{name}/sound_power/{body}/power"));
+        let (power, marched) = (of("cycles"), of("sweep/cycles"));
+        // The first harmonic, in the third octave of 400 Hz, has all of it but for the waves that die out in the march.
+        let own = &power[marched.len() * place..marched.len() * (place + 1)];
+        let loudest = (0..own.len()).max_by(|&a, &b| own[a].total_cmp(&own[b])).expect("bands");
+        assert!(own[loudest] > 0.1 && (own[loudest] / marched[loudest] - 1.0).abs() < 0.01, "{own:?} {marched:?}");
+        for level in ["total_level", "total_level_a", "pressure_level_a"] {
+            let [own, marched] = [("cycles", place), ("sweep/cycles", 0)]
+                .map(|(group, place)| numbers(&format!("{group}/sound_power/{body}/{level}"))[place]);
+            assert!((own - marched).abs() < 0.05, "{body}, {level}: {own} dB, marched {marched} dB");
+        }
+    }
 }
 
 /// Cycles that are kept of the branches of a run.
@@ -199,8 +223,9 @@ fn a_branch_over_the_load_ends_with_its_range() {
 #[test]
 #[ignore = "long: scripts/validate long"]
 fn a_branch_over_the_radius_has_the_creepages_of_the_curve() {
-    let job = |cycles: Value| {
+    let job = |cycles: Value, radius: f64| {
         let mut job = super::program::job("wheel-on-rail.json");
+        job["curve"]["radius"] = json!(radius);
         let mut cycles = cycles;
         for (key, value) in [
             ("most", json!(3)),
@@ -215,25 +240,32 @@ fn a_branch_over_the_radius_has_the_creepages_of_the_curve() {
         job["output"] = json!({ "fields": false });
         job
     };
-    let folder = Folder::with(job(json!({ "along": "curve.radius", "from": 95, "to": 105 })).to_string());
+    let folder = Folder::with(job(json!({ "along": "curve.radius", "from": 95, "to": 105 }), 100.0).to_string());
     let ran = folder.call(2, "run", &[]);
     for part in ["limit cycles over curve.radius", "33 equilibria of the vehicle between 95.0 and 105.0 m"] {
         assert!(ran.good().out.contains(part), "{part:?} is not in\n{}", ran.out);
     }
-    let beside = Folder::with(job(json!({ "along": "contact.friction", "from": 0.39, "to": 0.41 })).to_string());
-    beside.call(1, "run", &[]).good();
-    let start = |folder: &Folder| {
+    // The cycle that a branch begins with, or its last one.
+    let cycle = |folder: &Folder, last: bool| {
         let file = open(folder.path("job.h5"));
-        let at = file.dataset("cycles/start").and_then(|d| d.read_raw::<i64>()).expect("start")[0] as usize;
-        ["key", "frequency", "kinetic", "normal"].map(|name| {
-            let all = file.dataset(&format!("cycles/{name}")).and_then(|d| d.read_raw::<f64>()).expect("numbers");
-            all[if name == "normal" { 2 * at } else { at }]
-        })
+        let read = |name: &str| file.dataset(&format!("cycles/{name}")).and_then(|d| d.read_raw::<f64>()).expect(name);
+        let start = file.dataset("cycles/start").and_then(|d| d.read_raw::<i64>()).expect("start")[0] as usize;
+        let at = if last { read("key").len() - 1 } else { start };
+        [("key", 1), ("frequency", 1), ("kinetic", 1), ("normal", 2)].map(|(name, width)| read(name)[width * at])
     };
-    let (over_radius, over_friction) = (start(&folder), start(&beside));
-    assert!((over_radius[0] - 100.0).abs() < 1e-9 && (over_friction[0] - 0.4).abs() < 1e-12);
-    for (a, b) in over_radius[1..].iter().zip(&over_friction[1..]) {
-        assert!((a / b - 1.0).abs() < 1e-3, "{over_radius:?} {over_friction:?}");
+    let [begin, end] = [false, true].map(|last| cycle(&folder, last));
+    assert!((begin[0] - 100.0).abs() < 1e-9 && end[0] > 101.0, "{begin:?} {end:?}");
+    assert!((end[2] / begin[2] - 1.0).abs() > 0.02, "{begin:?} {end:?}");
+    for over_radius in [begin, end] {
+        let over_friction = json!({ "along": "contact.friction", "from": 0.39, "to": 0.41 });
+        let beside = Folder::with(job(over_friction, over_radius[0]).to_string());
+        beside.call(1, "run", &[]).good();
+        let found = cycle(&beside, false);
+        assert!((found[0] - 0.4).abs() < 1e-12, "{found:?}");
+        println!("{over_radius:?}, by itself {found:?}");
+        for (a, b) in over_radius[1..].iter().zip(&found[1..]) {
+            assert!((a / b - 1.0).abs() < 1e-4, "{over_radius:?}, by itself {found:?}");
+        }
     }
 }
 
@@ -285,6 +317,86 @@ fn a_branch_over_damping_or_speed_has_the_modes_of_each_value() {
         let found = read(&beside, None);
         assert!((1..3).all(|k| (found[k] / end[k] - 1.0).abs() < 1e-4), "{key}: {end:?}, by itself {found:?}");
     }
+}
+
+/// Stable cycles of `jobs/limit-cycles.json` at three creepages beside those that are marched.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn branches_have_the_cycles_that_are_marched() {
+    let creepages = json!([0.008, 0.01, 0.012]);
+    let mut job = super::program::job("limit-cycles.json");
+    job["analyses"] = json!({
+        "modes": { "count": 40 },
+        "stability": {},
+        "cycles": {
+            "along": "contact.creepage.lateral", "from": 0.0075, "to": 0.0125, "most": 1, "longest": 0.02,
+            "starts": { "modes": 1, "at": creepages }
+        },
+        "sweep": {
+            "keys": { "contact.creepage.lateral": creepages },
+            "cycles": { "duration": 8.0, "branches": ["mode"] }
+        }
+    });
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &[]).good();
+    let file = open(folder.path("job.h5"));
+    let numbers = |name: &str| file.dataset(name).and_then(|d| d.read_raw::<f64>()).expect("numbers");
+    let whole = |name: &str| file.dataset(name).and_then(|d| d.read_raw::<i64>()).expect("numbers");
+    let starts = whole("cycles/start");
+    assert_eq!(starts.len(), 3);
+    for (k, &start) in starts.iter().enumerate() {
+        let own = |name: &str| numbers(&format!("cycles/{name}"))[start as usize];
+        let marched = |name: &str| numbers(&format!("sweep/cycles/{name}"))[k];
+        assert!((own("key") - creepages[k].as_f64().expect("a number")).abs() < 1e-12);
+        assert_eq!(whole("cycles/unstable")[start as usize], 0);
+        // The frequency of the march is low by (hω)²/12.
+        let step = 1e-5 * 2.0 * std::f64::consts::PI * marched("frequency");
+        let frequency = marched("frequency") * (1.0 + step * step / 12.0);
+        let apart = [own("frequency") / frequency - 1.0, own("kinetic") / marched("kinetic") - 1.0];
+        println!("{}: frequency {:.1e}, energy {:.1e}", creepages[k], apart[0], apart[1]);
+        assert!(apart[0].abs() < 1e-5 && apart[1].abs() < 5e-3, "{}: {apart:?}", creepages[k]);
+    }
+}
+
+/// A branch that leaves the range of the model ends there with the reason, which names the key to change, and the run
+/// ends well; one that no start leads to ends the run with code 4 and the keys to change.
+#[test]
+fn ends_and_failures_of_branches_name_the_key_to_change() {
+    let mut cycles = quick();
+    for (key, value) in [
+        ("along", json!("contact.normal_load")),
+        ("from", json!(50e3)),
+        ("to", json!(2e6)),
+        ("most", json!(30)),
+        ("longest", json!(1.0)),
+        ("stability", json!(false)),
+        ("harmonics", json!(3)),
+        ("samples", json!(80)),
+    ] {
+        cycles[key] = value;
+    }
+    let folder = Folder::with(job(cycles).to_string());
+    let ran = folder.call(1, "run", &[]);
+    let end = "where the model ends: contact.patch: the contact reaches the border of the patch";
+    for part in [end, "enlarge contact.patch.half_length and contact.patch.half_width", "at the end of the range"] {
+        assert!(ran.good().out.contains(part), "no {part:?} in\n{}", ran.out);
+    }
+    let file = open(folder.path("job.h5"));
+    let ends = file.dataset("cycles/end").and_then(|d| d.read_raw::<hdf5::types::VarLenUnicode>()).expect("ends");
+    assert!(ends.iter().any(|e| e.as_str().starts_with(end)), "{ends:?}");
+    // The march ends long before its motion has grown.
+    let mut cycles = quick();
+    cycles["starts"]["by"] = json!("march");
+    cycles["march"]["duration"] = json!(0.02);
+    let folder = Folder::with(job(cycles).to_string());
+    let parts = [
+        "analyses.cycles: none of 1 starts led to a cycle",
+        "the first, unstable mode 1 at contact.creepage.lateral = 0.014",
+        "falls back to rest",
+        "analyses.cycles.march.duration",
+        "analyses.cycles.starts (modes, at)",
+    ];
+    folder.call(1, "run", &[]).failed(4, &parts);
 }
 
 #[test]

@@ -17,15 +17,20 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
     axis, factor = quantities.axis, quantities.factor
     parts = ['<h2 id="branches">Limit cycles as solutions</h2>']
     sides = {1: "above", 0: "below"}
+    kinds = {-1: "subcritical: jumps to a finite amplitude", 0: "", 1: "supercritical: grows from small cycles"}
     onsets = [
-        (digits(factor * key, "{:.6f}"), sides[int(above)], digits(frequency, "{:.3f}"))
-        for key, above, frequency, mode in zip(
-            branch.onset_key, branch.onset_above, branch.onset_frequency, branch.onset_mode
+        (digits(factor * key, "{:.6f}"), sides[int(above)], digits(frequency, "{:.3f}"), kinds[int(critical)])
+        for key, above, frequency, mode, critical in zip(
+            branch.onset_key,
+            branch.onset_above,
+            branch.onset_frequency,
+            branch.onset_mode,
+            branch.onset_criticality,
         )
         if mode == 0
     ]
     if onsets:
-        parts += ["<h3>Squeal starts by itself</h3>", table((axis, "side", "frequency, Hz"), onsets)]
+        parts += ["<h3>Squeal starts by itself</h3>", table((axis, "side", "frequency, Hz", "squeal"), onsets)]
     cells = [
         (
             branch.special[k],
@@ -33,13 +38,14 @@ def section(result: Result, drawn: dict[str, str]) -> list[str]:
             digits(branch.frequency[k], "{:.3f}"),
             digits(branch.kinetic[k], "{:.4g}"),
             digits(branch.second_frequency[k], "{:.3f}") if branch.special[k] == "torus" else "",
+            digits(factor * branch.special_error[k], "{:.1e}"),
         )
         for k in range(len(branch.key))
         if branch.special[k]
     ]
     if cells:
         rows, more = cut(cells)
-        head = ("special point", axis, "frequency, Hz", "energy, J", "second frequency, Hz")
+        head = ("special point", axis, "frequency, Hz", "energy, J", "second frequency, Hz", "error of its place")
         parts += ["<h3>Special points of the branches</h3>", table(head, rows), more]
     ends = [
         (origin, digits(factor * branch.key[branch.places(number)[k]], "{:.6f}"), text)

@@ -6,7 +6,7 @@ use super::starts::{BranchOrigin, BranchStart, Candidate, FailedStart};
 use super::stored_branches::StoredBranches;
 use crate::cycles::branch::follow;
 use crate::cycles::corrector::Equations;
-use crate::cycles::{BranchEnd, BranchPoint, BranchState, ContactMemory, Structure};
+use crate::cycles::{in_order, BranchEnd, BranchPoint, BranchState, ContactMemory, Structure};
 use crate::output::datasets::branches::OneBranch;
 use crate::parallel::World;
 use crate::progress::Progress;
@@ -15,9 +15,9 @@ use crate::{Error, Result};
 /// Distance of a cycle from a branch, of the range of the key and of the largest velocity, up to which it lies on it.
 const NEAR: f64 = 0.02;
 /// The same of the frequency.
-const ALIKE: f64 = 2e-4;
+pub(super) const ALIKE: f64 = 2e-4;
 /// Distance in the key, of its range, of the end of a branch at rest from the threshold where it ends.
-const AT_REST: f64 = 0.05;
+pub(super) const AT_REST: f64 = 0.05;
 
 /// Everything that the branches are followed with.
 pub(super) struct BranchFollower<'w, 'a> {
@@ -124,7 +124,7 @@ impl<'w, 'a> BranchFollower<'w, 'a> {
                     continue;
                 }
                 let of = |turned: bool| tasks.iter().position(|t| *t == (k, turned)).and_then(|t| states[t].clone());
-                let branch = joined(of(false), of(true), text, start.scale[0])?;
+                let branch = joined(of(false), of(true), text, (start.scale[0], self.structure.rank()))?;
                 found.marches += branch.1;
                 found.all.push(branch.0);
             }
@@ -218,16 +218,23 @@ fn state_of(numbers: &[f64]) -> Option<BranchState> {
     BranchState::from_numbers(rest, points)
 }
 
-/// Both directions of a branch as one, from its end down to that up; and the marches made for it.
-fn joined(up: Option<BranchState>, down: Option<BranchState>, origin: String, unit: f64) -> Result<(OneBranch, usize)> {
+/// Both directions of a branch as one, from its end down to that up, special points in their order along it; and the
+/// marches made for it. `unit` and `rank` are those of the motion.
+fn joined(
+    up: Option<BranchState>,
+    down: Option<BranchState>,
+    origin: String,
+    (unit, rank): (f64, usize),
+) -> Result<(OneBranch, usize)> {
     let Some(up) = up else { return Err(Error::Defect("limit cycles: a branch is missing".into())) };
     let marches = up.marches + down.as_ref().map_or(0, |d| d.marches);
     let text = |end: &Option<BranchEnd>| end.as_ref().map_or(String::new(), BranchEnd::text);
     let ends = [down.as_ref().map_or(BranchEnd::Rest.text(), |d| text(&d.end)), text(&up.end)];
-    let before = down.map_or(Vec::new(), |d| d.points);
+    let unknown = up.unknown.or_else(|| down.as_ref().and_then(|d| d.unknown.clone()));
+    let before = in_order(down.map_or(Vec::new(), |d| d.points), rank);
     let start = before.len().saturating_sub(1);
-    let points = before.into_iter().skip(1).rev().chain(up.points).collect();
-    Ok((OneBranch { points, start, ends, origin, unit }, marches))
+    let points = before.into_iter().skip(1).rev().chain(in_order(up.points, rank)).collect();
+    Ok((OneBranch { points, start, ends, origin, unit, unknown }, marches))
 }
 
 /// True if the cycle of `start` is one of `branch`: by key, velocity and frequency, between two of its cycles.

@@ -5,6 +5,7 @@
 pub mod animation;
 mod curve;
 mod follow;
+mod hopf;
 mod onsets;
 mod search;
 mod sound;
@@ -12,6 +13,8 @@ mod spread;
 mod starts;
 mod stored_branches;
 mod summary;
+#[cfg(test)]
+mod tests;
 mod thresholds;
 
 use super::radiation::ModalSound;
@@ -97,7 +100,12 @@ pub fn run(
     halt(&clock)?;
     if starts.is_empty() {
         let first = failed.first().map_or(String::new(), |f| format!("; the first, {}: {}", f.origin, f.why));
-        let text = format!("analyses.cycles: none of {} starts led to a cycle{first}", candidates.len());
+        let text = format!(
+            "analyses.cycles: none of {} starts led to a cycle{first}; expected one that does: give a longer \
+             analyses.cycles.march.duration, other modes or values of the key in analyses.cycles.starts (modes, at), \
+             or its thresholds or results",
+            candidates.len()
+        );
         return Err(Error::NotConverged(text));
     }
     let branches = walker.branches(world, &candidates, starts, run.progress)?;
@@ -117,23 +125,31 @@ pub fn run(
         };
         let watched: Vec<Vec<f64>> = (0..pair.0.patches.len()).flat_map(rows).collect();
         let unit = key_unit(&wanted.along);
+        let criticality = hopf::criticality(&onsets, &branches.all, wanted.to - wanted.from);
         let tables = BranchTables {
             along: (&wanted.along, &unit),
             branches: &branches.all,
             every: wanted.every,
             watch: &watched,
             onsets: &onsets,
+            criticality: &criticality,
             structure: (&structure, pair.0),
         };
         let sounds = sounding.as_ref().map(|s| sound::Sounds::new(s, &branches.all)).transpose()?;
         let mut tables = tables.tables();
         tables.extend(sounds.iter().flat_map(sound::Sounds::tables));
-        Ok((tables, watched, sounds))
+        Ok((tables, watched, criticality, sounds))
     })?;
     let every = wanted.every;
-    if let Some((tables, watched, sounds)) = found {
-        let told =
-            summary::BranchSummary { wanted, branches: &branches, onsets: &onsets, watch: &watched, failed: &failed };
+    if let Some((tables, watched, criticality, sounds)) = found {
+        let told = summary::BranchSummary {
+            wanted,
+            branches: &branches,
+            onsets: &onsets,
+            criticality: &criticality,
+            watch: &watched,
+            failed: &failed,
+        };
         told.write(sounds.as_ref(), &mut run.summary);
         if let Some(curve) = &curve {
             run.summary.value("contacts over the radius", curve.text());

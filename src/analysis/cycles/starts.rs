@@ -5,11 +5,10 @@ use super::follow::BranchFollower;
 use super::search::{is_local, Search};
 use crate::case::limit_cycle_point::LimitCyclePoint;
 use crate::case::transient_problem::scale;
-use crate::cycles::branch::{solve, solve_under};
+use crate::cycles::branch::{solve, solve_under, stability_of};
 use crate::cycles::corrector::{Condition, Equations};
 use crate::cycles::{
-    cycle_of_mode, multipliers, BranchPoint, BranchState, ContactJacobian, ContactMemory, Family, GrowingMotion,
-    Resolution,
+    cycle_of_mode, BranchPoint, BranchState, ContactJacobian, ContactMemory, Family, GrowingMotion, Resolution,
 };
 use crate::job::{Contact, StartsBy};
 use crate::output::datasets::branches::{EarlierCycle, Onset};
@@ -226,19 +225,15 @@ impl BranchFollower<'_, '_> {
             return Err(Error::NotConverged("limit cycles: Newton's method falls back to rest".into()));
         }
         let key = equations.key_of(&found.u);
-        let values = match self.search.wanted.stability {
-            true => Some(multipliers(
-                &*equations.structure_at(key)?,
-                &self.search.conditions(key)?,
-                &found.cycle,
-                self.search.resolution(),
-            )?),
-            false => None,
+        // A cycle that was solved for is one, with its multipliers or without.
+        let (values, unknown) = match self.search.wanted.stability {
+            true => stability_of(&equations, key, &found.cycle)?.map_or_else(|e| (None, Some(e)), |m| (Some(m), None)),
+            false => (None, None),
         };
         let Some(contact) = contact else { return Err(Error::Defect("limit cycles: no Jacobian".into())) };
         let point = BranchPoint { key, u: found.u, cycle: found.cycle, multipliers: values, special: None };
         let mut state = BranchState::new(point, contact, true, &self.search.extent());
-        state.marches = equations.marches;
+        (state.marches, state.unknown) = (equations.marches, unknown);
         if small {
             state = state.towards(ahead);
         }

@@ -4,9 +4,10 @@ use super::follow::FollowedBranches;
 use super::sound::Sounds;
 use super::starts::FailedStart;
 use super::thresholds::{persistence, Persistence};
+use super::LOCATED;
 use crate::cycles::{BranchPoint, Special, SpecialKind};
 use crate::job::Branches;
-use crate::output::datasets::branches::{OneBranch, Onset};
+use crate::output::datasets::branches::{Criticality, OneBranch, Onset};
 use crate::summary::Summary;
 
 /// Subject of the lines.
@@ -14,6 +15,8 @@ pub(super) struct BranchSummary<'a> {
     pub(super) wanted: &'a Branches,
     pub(super) branches: &'a FollowedBranches,
     pub(super) onsets: &'a [Onset],
+    /// Side of each of them on which its small cycles lie.
+    pub(super) criticality: &'a [Criticality],
     /// Velocities at the contact over the modal ones, `[6][m]`.
     pub(super) watch: &'a [Vec<f64>],
     pub(super) failed: &'a [FailedStart],
@@ -30,12 +33,17 @@ impl BranchSummary<'_> {
             "limit cycles over {key}: {cycles} cycles{many}, {} marches of the contact",
             self.branches.marches
         ));
-        for onset in self.onsets {
+        for (onset, criticality) in self.onsets.iter().zip(self.criticality) {
             let side = if onset.above { "above" } else { "below" };
             let place = format!("{side} {key} = {:.7} ({:.3} Hz)", onset.key, onset.frequency);
+            let [kind, meaning] = match criticality {
+                Criticality::Subcritical => ["; subcritical", ": squeal jumps to a cycle of finite amplitude"],
+                Criticality::Supercritical => ["; supercritical", ": squeal grows from small cycles"],
+                Criticality::Unknown => ["", ""],
+            };
             match onset.mode {
-                0 => summary.value("squeal starts by itself", place),
-                n => summary.value("a further mode of rest grows", format!("{place}, beside {n}")),
+                0 => summary.value("squeal starts by itself", format!("{place}{kind}{meaning}")),
+                n => summary.value("a further mode of rest grows", format!("{place}, beside {n}{kind}")),
             };
         }
         for one in persistence(branches, self.onsets, self.watch) {
@@ -110,18 +118,28 @@ impl BranchSummary<'_> {
         };
         if let Some(ends) = ends {
             let [low, high] = ends.map(|p| match bound(p) {
-                Some(kind) => format!("{:.7} ({kind}: squeal that was started ends there)", p.key),
+                Some("fold") => format!("{:.7} (fold: squeal that was started ends there)", p.key),
+                Some(kind) => format!("{:.7} ({kind}: this motion is unstable beyond)", p.key),
                 None => format!("{:.7} (followed no further)", p.key),
             });
             summary.value(name, format!("from {key} = {low} to {high}"));
         }
         for p in &branch.points {
-            if let Some(Special { kind, second }) = p.special {
+            if let Some(Special { kind, second, error }) = p.special {
                 let beat = if second > 0.0 { format!(", beats with {second:.3} Hz") } else { String::new() };
-                let text =
-                    format!("{key} = {:.7}, {:.3} Hz, {:.4e} J{beat}", p.key, p.cycle.frequency, p.cycle.kinetic);
+                let rough = match error > LOCATED * (self.wanted.to - self.wanted.from) {
+                    true => format!(", the key known to {error:.1e} only"),
+                    false => String::new(),
+                };
+                let [frequency, energy] = [p.cycle.frequency, p.cycle.kinetic];
+                let text = format!("{key} = {:.7}, {frequency:.3} Hz, {energy:.4e} J{beat}{rough}", p.key);
                 summary.value(kind.name(), text);
             }
+        }
+        if let Some(why) = &branch.unknown {
+            let count = branch.points.iter().filter(|p| p.multipliers.is_none()).count();
+            let text = format!("not found for {count} of {} cycles, whose stability is not known", branch.points.len());
+            summary.value("multipliers", format!("{text}; the first {why}"));
         }
         let most = branch.points.iter().max_by(|a, b| a.cycle.kinetic.total_cmp(&b.cycle.kinetic));
         if let Some(p) = most {

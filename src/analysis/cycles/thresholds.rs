@@ -1,6 +1,6 @@
 //! Thresholds of squeal in words: where it starts by itself, how far it persists, and the push that starts it between.
 
-use crate::cycles::{BranchEnd, BranchPoint, SpecialKind};
+use crate::cycles::{BranchEnd, BranchPoint, Special, SpecialKind};
 use crate::output::datasets::branches::{OneBranch, Onset};
 
 /// A range of the key where rest is stable and squeal goes on once it was started.
@@ -32,7 +32,6 @@ fn of_branch(branch: usize, one: &OneBranch, onset: &Onset, watch: &[Vec<f64>]) 
     // Away from the side where rest is unstable.
     let beyond = |key: f64| if onset.above { onset.key - key } else { key - onset.key };
     let stable = |p: &BranchPoint| p.multipliers.as_ref().is_some_and(|m| m.is_stable());
-    let bounds = |p: &BranchPoint| p.special.filter(|s| !matches!(s.kind, SpecialKind::Stick | SpecialKind::Opening));
     // Stable cycles, and the points where they cease to be, that are connected with the unstable side of rest.
     let mut runs: Vec<Vec<usize>> = vec![Vec::new()];
     for (k, p) in one.points.iter().enumerate() {
@@ -48,20 +47,26 @@ fn of_branch(branch: usize, one: &OneBranch, onset: &Onset, watch: &[Vec<f64>]) 
     let reaches = |run: &&Vec<usize>| run.iter().any(|&k| stable(&one.points[k]) && beyond(one.points[k].key) <= 0.0);
     let run = runs.iter().filter(reaches).max_by_key(|run| run.len())?;
     let end = run.iter().copied().max_by(|&a, &b| beyond(one.points[a].key).total_cmp(&beyond(one.points[b].key)))?;
-    let to = one.points[end].key;
+    // A branch that ends at rest ends at the threshold: its last cycle may lie a little beyond, by the error of the
+    // time step.
+    let sides = [(0, &one.ends[0]), (one.points.len() - 1, &one.ends[1])];
+    let at_rest = sides.iter().any(|(place, why)| *place == end && **why == BranchEnd::Rest.text());
+    let to = if at_rest { onset.key } else { one.points[end].key };
     if beyond(to) <= 0.0 {
-        // It ends at the threshold only where it ends at rest.
-        let side = if one.points.first().is_some_and(|p| p.key == to) { 0 } else { 1 };
-        let to = if one.ends[side] == BranchEnd::Rest.text() { onset.key } else { to };
         return Some(Persistence { branch, onset: *onset, to, bound: None, push: None });
     }
     let push = push_at(one, 0.5 * (to + onset.key), watch);
     Some(Persistence { branch, onset: *onset, to, bound: bounds(&one.points[end]).map(|s| s.kind), push })
 }
 
+/// The special point `p` if a cycle loses its stability there.
+fn bounds(p: &BranchPoint) -> Option<Special> {
+    p.special.filter(|s| !matches!(s.kind, SpecialKind::Stick | SpecialKind::Opening))
+}
+
 /// The value `key` and the amplitude of the velocity of the smallest unstable cycle there, between two of a branch.
 fn push_at(one: &OneBranch, key: f64, watch: &[Vec<f64>]) -> Option<[f64; 2]> {
-    let unstable = |p: &BranchPoint| p.multipliers.as_ref().is_some_and(|m| !m.is_stable()) || p.special.is_some();
+    let unstable = |p: &BranchPoint| p.multipliers.as_ref().is_some_and(|m| !m.is_stable()) || bounds(p).is_some();
     let pairs = one.points.windows(2).filter(|ends| {
         let [a, b] = [ends[0].key, ends[1].key];
         unstable(&ends[0]) && unstable(&ends[1]) && a != b && (key - a) * (b - key) >= 0.0

@@ -38,6 +38,28 @@ impl Onset {
     }
 }
 
+/// Side of a threshold of rest on which its small cycles lie.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Criticality {
+    /// On the side where rest is stable: squeal jumps to a cycle of finite amplitude.
+    Subcritical,
+    /// No branch tells.
+    Unknown,
+    /// On the side where rest is unstable: squeal grows from small cycles.
+    Supercritical,
+}
+
+impl Criticality {
+    /// As in tables: -1 subcritical, 0 unknown, 1 supercritical.
+    pub fn number(self) -> i8 {
+        match self {
+            Self::Subcritical => -1,
+            Self::Unknown => 0,
+            Self::Supercritical => 1,
+        }
+    }
+}
+
 /// A branch in the order of its cycles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OneBranch {
@@ -51,6 +73,8 @@ pub struct OneBranch {
     pub origin: String,
     /// Unit of the motion, m √kg.
     pub unit: f64,
+    /// Why multipliers of a cycle were not found, of one such cycle; none where all that were asked for were.
+    pub unknown: Option<String>,
 }
 
 /// Cycles whose period is told, with their places among all rows: special points, and every so-manieth cycle of a
@@ -75,6 +99,8 @@ pub struct BranchTables<'a> {
     pub watch: &'a [Vec<f64>],
     /// Thresholds of rest, and of further modes.
     pub onsets: &'a [Onset],
+    /// Side of each of them on which its small cycles lie.
+    pub criticality: &'a [Criticality],
     /// Modes at the contact, and its nodes.
     pub structure: (&'a Structure<'a>, &'a Interface),
 }
@@ -132,6 +158,9 @@ impl BranchTables<'_> {
             list("second_frequency", "Hz", "Second frequency at a torus point; 0 elsewhere.", &|p| {
                 p.special.map_or(0.0, |s| s.second)
             }),
+            list("special_error", unit, "Error of the location of a special point; NaN of an ordinary cycle.", &|p| {
+                p.special.map_or(f64::NAN, |s| s.error)
+            }),
             Table::list("/cycles/branch", "1", "Number of the branch of each cycle.", of_branch.collect::<Vec<i64>>()),
             Table::list(
                 "/cycles/start",
@@ -166,6 +195,13 @@ impl BranchTables<'_> {
                 "1",
                 "Modes of rest that grow on both sides: 0 where rest loses its stability or finds it again.",
                 self.onsets.iter().map(|o| o.mode as i64).collect::<Vec<i64>>(),
+            ),
+            Table::list(
+                "/cycles/onset/criticality",
+                "-",
+                "Small cycles there: -1 where rest is stable (subcritical), 1 where it is unstable (supercritical), 0 \
+                 not known.",
+                self.criticality.iter().map(|c| c.number()).collect::<Vec<i8>>(),
             ),
             Table::list("/cycles/period/point", "1", "Places of the cycles whose periods follow.", places),
         ];
