@@ -2,7 +2,7 @@
 
 use super::run::Run;
 use crate::body::modes::Extent;
-use crate::body::{Kind, ModeLabel, Side, TraceModes};
+use crate::body::{ElasticBody, Kind, ModeLabel, Side, TraceModes};
 use crate::case::bodies::BuiltBodies;
 use crate::case::display_modes::Pictures;
 use crate::case::rail;
@@ -13,6 +13,7 @@ use crate::parallel::World;
 use crate::progress::Progress;
 use crate::summary::Summary;
 use crate::{Error, Result};
+use faer::Mat;
 use std::path::Path;
 
 /// Collective: modes of each of [`BuiltBodies::unique`]; none where the job asks for none.
@@ -26,10 +27,21 @@ pub fn compute_all(job: &Job, bodies: &mut BuiltBodies, progress: &mut Progress)
     for body in &mut bodies.unique {
         progress.stage(format!("modes, body {}", body.name()));
         let mut modes = body.modes(extent, &mut |done, of| progress.converged("modes", done, of))?;
-        measure(job, body.name(), &mut modes)?;
+        // Coordinates of the result file in place of those of the lower form.
+        let mirrored = body.kind() == Kind::Elements && Side::named(body.name()) == Some(Side::Upper);
+        measure(job, body.name(), &mut modes, &mut |points| of_places(body.as_ref(), points, mirrored))?;
         all.push(modes);
     }
     Ok(all)
+}
+
+/// Collective: the modes of a `body` at `points` of a job, `[3p, m]`, of which those of a `mirrored` one have z the
+/// other way.
+fn of_places(body: &dyn ElasticBody, points: &[[f64; 3]], mirrored: bool) -> Result<Option<Mat<f64>>> {
+    let sign = |c: usize| if mirrored { Side::Upper.reflection(c) } else { 1.0 };
+    let own: Vec<[f64; 3]> = points.iter().map(|p| [0, 1, 2].map(|c| sign(c) * p[c])).collect();
+    let found = body.modes_at(&own)?;
+    Ok(found.map(|all| Mat::from_fn(all.nrows(), all.ncols(), |i, k| sign(i % 3) * all[(i, k)])))
 }
 
 /// On rank 0: the tables of the `modes` of the bodies that differ, for every place, which names the index of its body.

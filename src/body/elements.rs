@@ -200,6 +200,34 @@ impl ElasticBody for Elements<'_> {
         Ok(TraceModes { omega, residual, rows, damping, springs, reach, rotation, names, ..TraceModes::default() })
     }
 
+    fn modes_at(&self, points: &[[f64; 3]]) -> Result<Option<Mat<f64>>> {
+        let world = self.enter("modes at points")?;
+        let shapes = self.known_shapes()?;
+        let mut nodes = Vec::new();
+        for (i, point) in points.iter().enumerate() {
+            let near = self.fe.nearest(world, *point);
+            if near.distance > near.cell {
+                return Err(Error::Job(format!(
+                    "bodies.{}.modes.measured: the point {i} of a shape is {:.1} mm beside the mesh, whose elements \
+                     there are {:.1} mm; expected coordinates of the result file, m",
+                    self.fe.name,
+                    1e3 * near.distance,
+                    1e3 * near.cell
+                )));
+            }
+            nodes.push(near.node);
+        }
+        let mut mine = vec![0.0; 3 * points.len() * shapes.vectors.len()];
+        for (vector, rows) in shapes.vectors.iter().zip(mine.chunks_mut(3 * points.len())) {
+            let motion = self.fe.at_nodes(world, vector);
+            for (node, rows) in nodes.iter().zip(rows.chunks_mut(3)) {
+                node.iter().for_each(|&node| rows.copy_from_slice(&motion[node]));
+            }
+        }
+        let all = world.sum_all(&mine);
+        Ok(Some(Mat::from_fn(3 * points.len(), shapes.vectors.len(), |i, k| all[3 * points.len() * k + i])))
+    }
+
     fn response(&self, forces: &[f64]) -> Result<Vec<f64>> {
         let world = self.enter("response")?;
         if let Some(hybrid) = &self.hybrid {

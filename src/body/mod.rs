@@ -115,6 +115,8 @@ pub struct TraceModes {
     /// Angular frequencies as they were computed, rad/s, `[m]`, where `omega` has measured ones; else empty. On every
     /// rank.
     pub computed: Vec<f64>,
+    /// Modes that a measured shape stands for, with the modal assurance criterion; on every rank.
+    pub matched: Vec<(usize, f64)>,
 }
 
 impl TraceModes {
@@ -228,6 +230,16 @@ pub trait ElasticBody {
 
     /// Collective: the free-interface modes that are wanted.
     fn modes(&mut self, extent: Extent, steps: &mut ProgressFn) -> Result<TraceModes>;
+
+    /// Collective: its modes at some `points`, 1/√kg, `[3p, m]` on every rank, after [`ElasticBody::modes`]; none of a
+    /// body without a shape. Points and motions are (x, y, z), m: of a swept body with the axle along y and y as the
+    /// job counts it, of one on a mesh in lower form.
+    ///
+    /// # Errors
+    /// A point beside the body.
+    fn modes_at(&self, _points: &[[f64; 3]]) -> Result<Option<Mat<f64>>> {
+        Ok(None)
+    }
 
     /// The modes that it has found, for another body, where they may serve one.
     fn cached_modes(&self) -> Option<CachedModes> {

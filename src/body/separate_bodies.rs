@@ -215,6 +215,7 @@ impl ElasticBody for SeparateBodies<'_> {
             rows,
             damping,
             computed: Vec::new(),
+            matched: Vec::new(),
         })
     }
 

@@ -5,6 +5,7 @@
 mod damping;
 mod members;
 mod naming;
+mod shapes_at;
 mod suspended;
 
 use super::clusters;
@@ -433,6 +434,7 @@ impl ElasticBody for Swept<'_> {
             names: names(&all, &list),
             omega,
             computed: Vec::new(),
+            matched: Vec::new(),
         };
         // Those from elsewhere go on as they were found.
         self.found = Some(known.unwrap_or_else(|| {
@@ -441,6 +443,12 @@ impl ElasticBody for Swept<'_> {
             Rc::new(ModeSpectrum { forms, fixed, springs, rotates, extent, all, keep })
         }));
         Ok(found)
+    }
+
+    fn modes_at(&self, points: &[[f64; 3]]) -> Result<Option<Mat<f64>>> {
+        let missing = || Error::Defect(format!("body \"{}\" has no mode shapes", self.name));
+        let shapes = self.picture.as_ref().ok_or_else(missing)?;
+        shapes_at::modes_at(&self.forms, (&self.making, &self.name), shapes, points).map(Some)
     }
 
     fn cached_modes(&self) -> Option<CachedModes> {

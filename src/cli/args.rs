@@ -144,6 +144,12 @@ pub enum Command {
         /// Numbers of the responses that are fitted together, as in 3,4 [default: all]
         #[arg(long, value_name = "LIST")]
         datasets: Option<String>,
+        /// Write shapes of modes as well: axes of the universal file along x, y, z of the body, as in Y,-X,Z
+        #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true)]
+        axes: Option<String>,
+        /// Origin of the body in the axes of the universal file, m [default: 0,0,0]
+        #[arg(long, value_name = "X,Y,Z", allow_hyphen_values = true, requires = "axes")]
+        origin: Option<String>,
         /// Folder of JSON and picture [default: beside the file]
         #[arg(long, value_name = "DIR")]
         out: Option<PathBuf>,

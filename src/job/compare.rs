@@ -32,7 +32,7 @@ pub fn fe_inputs(job: &Job) -> Value {
         }
         // Damping is no part of the model, measured frequencies are.
         let measured = b.modes.iter().flat_map(|m| &m.measured).filter(|m| m.frequency.is_some());
-        let measured: Vec<_> = measured.map(|m| json!([m.order, m.family, m.near, m.frequency])).collect();
+        let measured: Vec<_> = measured.map(|m| json!([m.order, m.family, m.near, m.frequency, m.shape])).collect();
         if !measured.is_empty() {
             body["measured"] = json!(measured);
         }

@@ -11,6 +11,7 @@ mod edited;
 pub(crate) mod example;
 mod format;
 mod hertz;
+mod measured_inputs;
 mod model;
 mod overrides;
 mod parse;
@@ -106,6 +107,7 @@ impl Job {
         if let Some(only) = only {
             keep_only(&mut job, only)?;
         }
+        report(&name, job.resolve_measured_inputs())?;
         report(&name, validate::validate(&job))?;
         job.resolve_damping(&damping::stated(&value));
         let folder = path.parent().unwrap_or(Path::new(""));

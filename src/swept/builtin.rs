@@ -2,7 +2,8 @@
 
 use super::refine::refined;
 use super::wheel::Wheel;
-use super::{Attachment, Bearing, CrossSection, DrawnSection, Path, SectionCell, SectionContact, SectionElement, Spot};
+use super::{Attachment, Bearing, CrossSection, DrawnSection, NearestPlace, Path, SectionCell, SectionContact};
+use super::{SectionElement, Spot};
 use crate::{Error, Result};
 use std::collections::BTreeMap;
 use std::rc::Rc;
@@ -169,6 +170,8 @@ pub struct RunningPlace {
 
 /// Distance from a section within which an attachment is taken to be on it, m.
 const BESIDE: f64 = 0.002;
+/// The same of a point at which a shape was measured, which is found with a tape measure.
+const BESIDE_MEASURED: f64 = 0.01;
 
 /// Edge lengths at corners and at the most, over the smaller one of width and depth of an annular cylinder.
 const PARTS_OF_A_CYLINDER: [f64; 2] = [0.03, 0.3];
@@ -303,6 +306,31 @@ impl SectionSource {
             )))
         };
         attachments.iter().map(of).collect()
+    }
+
+    /// The place of `section` nearest to a measured point (r, y), m, as a job gives it, and the sign of its y against
+    /// that of the job. An error where it is beside the section.
+    pub(crate) fn measured_at(&self, section: &CrossSection, [r, y]: [f64; 2]) -> Result<(NearestPlace, f64)> {
+        let (offset, mirrored) = self.frame();
+        let sign = if mirrored { -1.0 } else { 1.0 };
+        let beside = |near: Option<NearestPlace>| {
+            let found = near.map_or(String::new(), |near| {
+                let [radius, across] = near.place;
+                format!(
+                    ", {:.0} mm beside the section, of which r = {radius:.4} m, y = {:.4} m is nearest",
+                    1e3 * near.distance,
+                    sign * across + offset
+                )
+            });
+            Error::Job(format!(
+                "found r = {r:.4} m, y = {y:.4} m{found}; expected a point of the body within {:.0} mm",
+                1e3 * BESIDE_MEASURED
+            ))
+        };
+        match section.nearest([r, sign * (y - offset)]) {
+            Some(near) if near.distance <= BESIDE_MEASURED => Ok((near, sign)),
+            near => Err(beside(near)),
+        }
     }
 
     /// y of the middle of a wheelset in the frame of the section, m; none of another body.

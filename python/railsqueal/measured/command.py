@@ -10,7 +10,8 @@ import numpy as np
 from ..errors import USAGE, WRITING, ResultError
 from ..result import Complexes, Floats
 from .modal_fit import BandFit, FittedMode, fit, fit_band
-from .universal import MeasuredResponse, UniversalFile
+from .shapes import LEAST, BodyFrame, Shape, of_fit, of_mode
+from .universal import FileMode, MeasuredResponse, UniversalFile
 
 # Digits of a frequency and of damping that go into a job.
 DIGITS = 6
@@ -31,6 +32,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add("--modes", type=int, metavar="N", help="modes in each band (default: as many as the responses tell)")
     add("--datasets", metavar="LIST", help="numbers of the responses that are fitted together: 3,4 (default: all)")
+    add(
+        "--axes",
+        metavar="X,Y,Z",
+        help="write shapes as well: axes of the file along x, y, z of the body, -X,... for the other way",
+    )
+    add("--origin", metavar="X,Y,Z", help="origin of the body in the axes of the file, m (default 0,0,0)")
     add("--out", type=Path, metavar="DIR", help="folder of JSON and picture (default: beside the file)")
     add("--format", default="png", metavar="LIST", help="png, pdf, svg, or several: png,pdf (default png)")
 
@@ -40,6 +47,9 @@ def run(given: argparse.Namespace) -> int:
     if given.modes is not None and not 1 <= given.modes <= MOST:
         raise ResultError(f"--modes: found {given.modes}, expected 1 to {MOST}", USAGE)
     bands = [band(text) for text in given.band]
+    if given.origin is not None and given.axes is None:
+        raise ResultError("--origin: found without --axes, expected both", USAGE)
+    frame = None if given.axes is None else BodyFrame.parse(given.axes, given.origin)
     file = UniversalFile.read(given.file)
     for words in file.others:
         print(f"left out: {words}")
@@ -49,7 +59,7 @@ def run(given: argparse.Namespace) -> int:
     except OSError as error:
         raise ResultError(f"cannot write to {directory}: {error}", WRITING) from error
     if not file.responses:
-        return listed(file, directory / f"{given.file.stem}-fit.json")
+        return listed(file, frame, directory / f"{given.file.stem}-fit.json")
     responses = chosen(file, given.datasets)
     frequency, values = together(file.path, responses)
     fits = fitted(frequency, values, bands, given.modes)
@@ -68,7 +78,11 @@ def run(given: argparse.Namespace) -> int:
     print("\n".join(table(modes)))
     for remark in [remark for one in fits for remark in one.remarks]:
         print(f"remark: {remark}")
-    made = [write(directory / f"{given.file.stem}-fit.json", modes)]
+    entries = [entry(mode) for mode in modes]
+    if frame is not None:
+        residues = [column for one in fits for column in one.residues.T]
+        add_shapes(entries, [of_fit(file, responses, column, frame) for column in residues])
+    made = [write(directory / f"{given.file.stem}-fit.json", entries)]
     from ..pictures import Canvas  # matplotlib takes a second
     from ..pictures import fit as drawn
 
@@ -151,14 +165,30 @@ def rounded(value: float) -> float:
     return float(f"{value:.{DIGITS + 2}g}")
 
 
-def write(path: Path, modes: list[Any]) -> Path:
-    """Writes the value of `bodies.*.modes` with these modes."""
-    entries = []
-    for mode in modes:
-        entry = {"near": rounded(mode.frequency), "frequency": rounded(mode.frequency)}
-        if mode.damping_ratio is not None:
-            entry["damping_ratio"] = float(f"{mode.damping_ratio:.{DIGITS}g}")
-        entries.append(entry)
+def entry(mode: FittedMode | FileMode) -> dict[str, Any]:
+    """The item of `bodies.*.modes.measured` of a mode."""
+    made: dict[str, Any] = {"near": rounded(mode.frequency), "frequency": rounded(mode.frequency)}
+    if mode.damping_ratio is not None:
+        made["damping_ratio"] = float(f"{mode.damping_ratio:.{DIGITS}g}")
+    if isinstance(mode, FittedMode):
+        deviations = {"frequency": mode.frequency_deviation, "damping_ratio": mode.damping_deviation}
+        made |= {f"{key}_deviation": float(f"{value:.2g}") for key, value in deviations.items() if value > 0}
+    return made
+
+
+def add_shapes(entries: list[dict[str, Any]], shapes: list[Shape]) -> None:
+    """Puts the shapes into the items, by which the modes are found then; prints why one is left out."""
+    for item, shape in zip(entries, shapes):
+        remark = shape.remark(item["frequency"])
+        if remark:
+            print(f"remark: {remark}")
+        if len(shape.components) >= LEAST:
+            del item["near"]
+            item["shape"] = shape.value
+
+
+def write(path: Path, entries: list[dict[str, Any]]) -> Path:
+    """Writes the value of `bodies.*.modes` with these items."""
     try:
         path.write_text(json.dumps({"measured": entries}, indent=2) + "\n", encoding="utf-8")
     except OSError as error:
@@ -166,7 +196,7 @@ def write(path: Path, modes: list[Any]) -> Path:
     return path
 
 
-def listed(file: UniversalFile, path: Path) -> int:
+def listed(file: UniversalFile, frame: BodyFrame | None, path: Path) -> int:
     """Modes that the file lists itself."""
     if not file.modes:
         raise ResultError(
@@ -175,5 +205,8 @@ def listed(file: UniversalFile, path: Path) -> int:
     for mode in file.modes:
         ratio = "no damping" if mode.damping_ratio is None else f"damping ratio {mode.damping_ratio:.4e}"
         print(f"dataset {mode.dataset}: mode at {mode.frequency:.4f} Hz, {ratio}")
-    print(write(path, file.modes))
+    entries = [entry(mode) for mode in file.modes]
+    if frame is not None:
+        add_shapes(entries, [of_mode(file, mode, frame) for mode in file.modes])
+    print(write(path, entries))
     return 0

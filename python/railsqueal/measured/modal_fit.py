@@ -76,6 +76,7 @@ class BandFit:
     model: Complexes  # [K, f], as the responses
     residual: Floats  # [K], root mean square of what is left over that of the response
     noise: Floats  # [K], the same of the noise from line to line
+    residues: Complexes  # [K, r], of the responses
 
     @property
     def remarks(self) -> list[str]:
@@ -237,10 +238,11 @@ def fit_band(frequency: Floats, responses: Complexes, counts: Sequence[int]) -> 
     band = (float(frequency[0]), float(frequency[-1]))
     if best is None:
         nothing = np.zeros_like(responses)
-        return BandFit(band, frequency, [], np.empty(0, complex), nothing, np.ones(len(responses)), noise_of_lines)
-    rest = projected(omega, scaled, best[1])[0]
+        none, left = np.empty(0, complex), np.ones(len(responses))
+        return BandFit(band, frequency, [], none, nothing, left, noise_of_lines, np.empty((len(responses), 0), complex))
+    rest, residues, _ = projected(omega, scaled, best[1])
     left = np.sqrt((np.abs(rest) ** 2).mean(axis=1))
-    return BandFit(band, frequency, best[2], best[1], responses - size * rest, left, noise_of_lines)
+    return BandFit(band, frequency, best[2], best[1], responses - size * rest, left, noise_of_lines, size * residues)
 
 
 def line_noise(responses: Complexes) -> Floats:

@@ -109,6 +109,7 @@ class FileMode:
     dataset: int
     frequency: float  # Hz
     damping_ratio: float | None
+    motion: dict[int, Complexes]  # displacements [3] at nodes, in any unit
 
 
 @dataclass(frozen=True)
@@ -119,6 +120,7 @@ class UniversalFile:
     responses: list[MeasuredResponse]
     modes: list[FileMode]
     others: list[str]  # datasets that are left out, in words
+    nodes: dict[int, tuple[float, float, float]]  # their coordinates in the global frame, m
 
     @classmethod
     def read(cls, path: Path) -> "UniversalFile":
@@ -137,6 +139,7 @@ class _Reader:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.units: tuple[float, float] | None = None
+        self.nodes: dict[int, tuple[float, float, float]] = {}
 
     def fault(self, number: int, text: str) -> InputError:
         return InputError(f"{self.path}, dataset {number}: {text}")
@@ -162,7 +165,7 @@ class _Reader:
             )
         responses, modes, others = [], [], []
         for k, kind in enumerate(kinds):
-            if kind not in (55, 58, 164):
+            if kind not in (15, 55, 58, 164, 2411):
                 others.append(f"dataset {k + 1}: type {kind}")
                 continue
             try:
@@ -172,6 +175,8 @@ class _Reader:
                 raise self.fault(k + 1, words) from error
             if kind == 164:
                 self.units = self.factors(k + 1, data)
+            elif kind in (15, 2411):
+                others += self.coordinates(k + 1, data)
             elif kind == 55:
                 mode = self.mode(k + 1, data)
                 modes += [mode] if isinstance(mode, FileMode) else []
@@ -181,7 +186,21 @@ class _Reader:
                 others.append(f"dataset {k + 1}: {name}")
             else:
                 responses.append(self.response(k + 1, data))
-        return UniversalFile(self.path, responses, modes, others)
+        return UniversalFile(self.path, responses, modes, others, self.nodes)
+
+    def coordinates(self, number: int, data: dict[str, Any]) -> list[str]:
+        """Takes the nodes of a dataset 15 or 2411 in the global frame; the others in words."""
+        if self.units is None:
+            return [f"dataset {number}: nodes without units, which a dataset 164 before them would give"]
+        place = np.array([data["x"], data["y"], data["z"]], dtype=float) / self.units[0]
+        if not np.isfinite(place).all():
+            raise self.fault(number, "coordinates that are no numbers, expected finite ones")
+        own = [any(int(data[key][i]) not in (0, 1) for key in ("def_cs", "disp_cs")) for i in range(place.shape[1])]
+        for i, other in enumerate(own):
+            if not other:
+                x, y, z = (float(v) for v in place[:, i])
+                self.nodes[int(data["node_nums"][i])] = (x, y, z)
+        return [f"dataset {number}: {sum(own)} nodes in coordinate systems of their own"] if any(own) else []
 
     def factors(self, number: int, data: dict[str, Any]) -> tuple[float, float]:
         """Length and force of the file's units in one SI unit."""
@@ -306,10 +325,17 @@ class _Reader:
                 raise self.fault(
                     number, f"a mode at {frequency} Hz with the damping ratio {ratio}, expected above 0 Hz, and 0 to 1"
                 )
-            return FileMode(number, frequency, ratio or None)
+            return FileMode(number, frequency, ratio or None, self.motion(data))
         if kind in (3, 7):
             value = complex(data["eig"])
             if not (abs(value) > 0 and value.real <= 0):
                 raise self.fault(number, f"a complex mode with the eigenvalue {value} 1/s, expected one that decays")
-            return FileMode(number, abs(value) / (2 * np.pi), -value.real / abs(value))
+            return FileMode(number, abs(value) / (2 * np.pi), -value.real / abs(value), self.motion(data))
         return f"dataset {number}: data at nodes of the analysis type {kind}"
+
+    def motion(self, data: dict[str, Any]) -> dict[int, Complexes]:
+        """Displacements at the nodes of a dataset 55: its first three values, where they are translations."""
+        if int(data.get("data_ch", 0)) not in (2, 3):
+            return {}
+        values = np.array([data["r1"], data["r2"], data["r3"]], dtype=np.complex128)
+        return {int(node): values[:, i] for i, node in enumerate(data["node_nums"])}

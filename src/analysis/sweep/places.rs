@@ -76,7 +76,14 @@ fn is_placed(point: &Job) -> bool {
         contact.further.is_empty() && contact.places != ContactPlaces::All && contact.wheels == ContactWheels::One;
     let rolls = stability.state() == StabilityState::Steady && stability.direction == Direction::Actual;
     let reduced = point.analyses.modes.is_some() && stability.full.is_none();
-    one && rolls && reduced && point.is_loaded() && are_sections(point)
+    one && rolls && reduced && point.is_loaded() && are_sections(point) && !measures_frequencies(point)
+}
+
+/// Returns whether measured frequencies take the place of computed ones, as they do in modes that are computed at a
+/// place.
+fn measures_frequencies(point: &Job) -> bool {
+    let measured = point.all_bodies().into_iter().filter_map(|(_, body)| body.modes.as_ref());
+    measured.flat_map(|modes| &modes.measured).any(|mode| mode.frequency.is_some())
 }
 
 /// Inputs that points on the same bodies share wherever these are touched.

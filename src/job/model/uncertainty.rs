@@ -160,6 +160,9 @@ pub enum Distribution {
     },
     /// Rows [value, probability of a value up to it], both rising, the probability from 0 to 1; even between them.
     Table(Vec<[f64; 2]>),
+    /// The normal distribution of a measured frequency or damping, by its value and its `_deviation` in
+    /// `bodies.*.modes.measured`. Reading a job puts that in its place.
+    Measured,
 }
 
 impl Distribution {
@@ -171,6 +174,8 @@ impl Distribution {
             Self::Uniform { from, to } => Law::Uniform([from, to]),
             Self::Triangular { from, mode, to } => Law::Triangular([from, mode, to]),
             Self::Table(ref rows) => Law::Table(rows.clone()),
+            // Without its numbers it is no distribution, which is a fault.
+            Self::Measured => Law::Normal([f64::NAN; 2]),
         }
     }
 }
