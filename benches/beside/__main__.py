@@ -12,6 +12,7 @@ import modes  # noqa: E402
 import scaling  # noqa: E402
 import steady  # noqa: E402
 import steps  # noqa: E402
+import uncertainty  # noqa: E402
 import wheels  # noqa: E402
 import whole  # noqa: E402
 
@@ -35,6 +36,7 @@ STUDIES = {
     "sweeps": whole.sweeps,
     "places": whole.places,
     "limit-cycles": whole.limit_cycles,
+    "uncertain-samples": uncertainty.samples,
     "orderings": algebra.orderings,
     "solves": algebra.solves,
     "blocks": algebra.blocks,

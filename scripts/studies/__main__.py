@@ -20,6 +20,7 @@ import surfaces
 import tables
 import truncation
 import tutorial
+import uncertain
 import wheelset
 from program import KEPT
 
@@ -51,6 +52,7 @@ STUDIES = {
     "multibody": multibody.compared,
     "tables": tables.written,
     "tutorial": tutorial.performed,
+    "uncertain": uncertain.squeal,
     "wheelset": wheelset.meshed,
 }
 

@@ -42,6 +42,7 @@ mod swept;
 mod track_decay;
 mod track_fit;
 mod transient;
+mod uncertain_samples;
 mod uncertainty;
 mod usage;
 mod wheelset;

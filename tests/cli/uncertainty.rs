@@ -14,7 +14,7 @@ fn hulten(uncertainty: Value) -> Folder {
 }
 
 /// The same with or without its damping.
-fn oscillator(uncertainty: Value, damped: bool) -> Folder {
+pub(super) fn oscillator(uncertainty: Value, damped: bool) -> Folder {
     let mut job = job("hulten.json");
     if !damped {
         job["bodies"]["lower"]["matrices"]["damping"] = Value::Null;
@@ -35,9 +35,10 @@ fn oscillator(uncertainty: Value, damped: bool) -> Folder {
     folder
 }
 
-const CRITICAL: f64 = (100.0 * 100.0 - 75.0 * 75.0) / (2.0 * 100.0 * 75.0);
+/// Friction from which on it flutters.
+pub(super) const CRITICAL: f64 = (100.0 * 100.0 - 75.0 * 75.0) / (2.0 * 100.0 * 75.0);
 
-fn numbers(file: &hdf5::File, name: &str) -> Vec<f64> {
+pub(super) fn numbers(file: &hdf5::File, name: &str) -> Vec<f64> {
     file.dataset(&format!("uncertainty/{name}")).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
 }
 
@@ -192,12 +193,12 @@ fn samples_are_the_same_on_two_ranks_and_after_a_stop() {
     assert!(!folder.path("stopped.uncertainty").exists());
 }
 
-fn uniform(from: f64, to: f64) -> Value {
+pub(super) fn uniform(from: f64, to: f64) -> Value {
     json!({ "uniform": { "from": from, "to": to } })
 }
 
 /// Swept wheels with 110 modes each and samples of these inputs.
-fn swept(inputs: Value) -> Value {
+pub(super) fn swept(inputs: Value) -> Value {
     let mut job = job("swept-curve.json");
     job["contact"]["patch"]["spacing"] = json!(0.0014);
     job["analyses"]["modes"]["count"] = json!(110);
@@ -207,7 +208,7 @@ fn swept(inputs: Value) -> Value {
 }
 
 /// From stick to slip modes change too much for the base points. Samples that go astray there begin from some of them:
-/// to the eigenvalues of the whole search, the same on two ranks and after a stop.
+/// to the eigenvalues of the dense pencil, the same on two ranks and after a stop.
 #[test]
 fn samples_that_go_astray_begin_from_some_of_them() {
     let folder = Folder::with(
@@ -225,8 +226,9 @@ fn samples_that_go_astray_begin_from_some_of_them() {
     let one = open(folder.path("one.h5"));
     let search: Vec<i32> = one.dataset("uncertainty/search").and_then(|d| d.read_raw()).expect("search");
     assert!(search.iter().filter(|s| **s == 5).count() > 10, "{search:?}");
-    let whole = ["--reuse", &model, "--set", "analyses.uncertainty.follow=false", "--output", &folder.text("whole.h5")];
-    folder.call(1, "run", &whole).good();
+    // With all eigenvalues, whatever their damping, the search is that of the dense pencil.
+    let dense = ["--set", "analyses.uncertainty.follow=false", "--set", "analyses.stability.damping_ratio=1"];
+    folder.call(1, "run", &[&["--reuse", &model, "--output", &folder.text("whole.h5")], &dense[..]].concat()).good();
     let whole = open(folder.path("whole.h5"));
     let [a, b] = [&one, &whole].map(|file| numbers(file, "growth_rate"));
     let mut growing = 0;
@@ -249,9 +251,10 @@ fn samples_that_go_astray_begin_from_some_of_them() {
     assert_eq!(bits(&open(folder.path("stopped.h5"))), bits(&one), "after a stop");
 }
 
-/// Eigenvalues of samples that are continued from base points are those of the whole search, on any number of ranks.
+/// Eigenvalues of samples that are continued from base points are those of the whole search by the small determinant
+/// and those of the dense pencil, on any number of ranks.
 #[test]
-fn continued_samples_are_those_of_the_whole_search() {
+fn continued_samples_are_those_of_the_whole_search_and_of_the_dense_pencil() {
     let folder = Folder::with(
         swept(json!([
             { "key": "contact.friction", "distribution": uniform(0.2, 0.4) },
@@ -273,21 +276,37 @@ fn continued_samples_are_those_of_the_whole_search() {
     assert!(ran.good().out.contains(&format!("{continued} points continued from 4 base points")), "{}", ran.out);
     let counts = format!("unstable eigenvalues counted at {counted} of these points, none was missing");
     assert!(ran.out.contains(&counts) && ran.out.contains("may become unstable"), "{}", ran.out);
-    let whole = ["--reuse", &model, "--set", "analyses.uncertainty.follow=false", "--output", &folder.text("whole.h5")];
-    folder.call(1, "run", &whole).good();
-    let whole = open(folder.path("whole.h5"));
-    let [a, b] = [&one, &whole].map(|file| numbers(file, "growth_rate"));
-    let frequencies = numbers(&whole, "frequency");
-    for ((a, b), f) in a.iter().zip(&b).zip(&frequencies) {
-        assert!((a - b).abs() <= 1e-9 * 2.0 * std::f64::consts::PI * f, "{a} and {b} at {f} Hz");
-    }
     let of_modes = |file: &hdf5::File| ["growth_rate", "frequency"].map(|name| numbers(file, &format!("modes/{name}")));
-    let ([a, fa], [b, fb]) = (of_modes(&one), of_modes(&whole));
-    assert!(!b.is_empty() && a.len() == b.len());
-    for k in 0..a.len() {
-        let near =
-            |x: f64, y: f64| (x - y).abs() <= 1e-9 * 2.0 * std::f64::consts::PI * fb[k] || x.is_nan() && y.is_nan();
-        assert!(near(a[k], b[k]) && near(fa[k], fb[k]), "{k}: {} and {}, {} and {} Hz", a[k], b[k], fa[k], fb[k]);
+    // All eigenvalues, whatever their damping, are those of the dense pencil at every point.
+    for (name, ratio) in [("whole", "0.3"), ("dense", "1")] {
+        let (output, ratio) = (folder.text(&format!("{name}.h5")), format!("analyses.stability.damping_ratio={ratio}"));
+        let set = ["--set", "analyses.uncertainty.follow=false", "--set", &ratio];
+        folder.call(1, "run", &[&["--reuse", &model, "--output", &output], &set[..]].concat()).good();
+        let whole = open(folder.path(&format!("{name}.h5")));
+        let [rates, hertz] = ["growth_rate", "frequency"].map(|part| {
+            let read = whole.dataset(&format!("stability/{part}")).and_then(|d| d.read_raw::<f64>());
+            read.expect("eigenvalues")
+        });
+        let relaxes = |(rate, f): (&f64, &f64)| -rate > 0.8 * rate.hypot(2.0 * std::f64::consts::PI * f);
+        assert_eq!(rates.iter().zip(&hertz).any(relaxes), name == "dense");
+        let [a, b] = [&one, &whole].map(|file| numbers(file, "growth_rate"));
+        for ((a, b), f) in a.iter().zip(&b).zip(numbers(&whole, "frequency")) {
+            assert!((a - b).abs() <= 1e-9 * 2.0 * std::f64::consts::PI * f, "{name}: {a} and {b} at {f} Hz");
+        }
+        let ([a, fa], [b, fb]) = (of_modes(&one), of_modes(&whole));
+        assert!(!b.is_empty() && a.len() == b.len());
+        for k in 0..a.len() {
+            let near =
+                |x: f64, y: f64| (x - y).abs() <= 1e-9 * 2.0 * std::f64::consts::PI * fb[k] || x.is_nan() && y.is_nan();
+            assert!(
+                near(a[k], b[k]) && near(fa[k], fb[k]),
+                "{name}, {k}: {} and {}, {} and {} Hz",
+                a[k],
+                b[k],
+                fa[k],
+                fb[k]
+            );
+        }
     }
     folder.call(2, "run", &["--reuse", &model, "--output", &folder.text("two.h5")]).good();
     assert_eq!(bits(&open(folder.path("two.h5"))), bits(&one), "two ranks");
@@ -369,9 +388,12 @@ fn interpolated_places_are_those_computed() {
     let continued = read("uncertainty/search").iter().filter(|s| **s == 1).count();
     assert!(read("uncertainty/interpolated").iter().all(|i| *i == 1) && continued > 80, "{continued}");
     assert!(numbers(&all, "interpolation_error")[0] <= 1e-4 && numbers(&all, "mesh_scatter")[0] <= 1e-3);
-    // Runs of these places alone have meshes of their own, with which growth rates scatter.
+    // Runs of these places alone have meshes of their own, coarser than that of the tables. Their growth rates differ
+    // by what the run has found itself at the most, nearly alike at all places, and about the mean by the error asked
+    // for.
     let rates = numbers(&all, "growth_rate");
-    for i in [0, 41, 95] {
+    let mut differences = Vec::new();
+    for i in (0..96).step_by(10) {
         let value = |key: &&str| format!("{key}={}", numbers(&all, &format!("values/{key}"))[i]);
         let sets: Vec<String> = keys.iter().map(value).collect();
         let output = folder.text("one.h5");
@@ -380,8 +402,12 @@ fn interpolated_places_are_those_computed() {
         folder.call(1, "run", &with).good();
         let one = open(folder.path("one.h5"));
         let exact: Vec<f64> = one.dataset("stability/growth_rate").and_then(|d| d.read_raw()).expect("rates");
-        assert!((rates[i] - exact[0]).abs() < 1e-3 * exact[0].abs().max(1.0), "{i}: {} and {}", rates[i], exact[0]);
+        differences.push((rates[i] - exact[0]) / exact[0].abs().max(1.0));
     }
+    let mean = differences.iter().sum::<f64>() / differences.len() as f64;
+    let scatter = numbers(&all, "mesh_scatter")[0];
+    assert!(differences.iter().all(|d| d.abs() <= scatter), "{differences:?}, {scatter}");
+    assert!(differences.iter().all(|d| (d - mean).abs() <= 1e-4), "{differences:?}");
 }
 
 /// Samples without a state of rest are counted and told, and too many of them end the run with exit code 4.

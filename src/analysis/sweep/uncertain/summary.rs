@@ -11,7 +11,8 @@ use std::f64::consts::PI;
 pub(super) fn near_in_words(near: Option<usize>, followed: usize, summary: &mut Summary) {
     if let Some(near) = near {
         let text = format!(
-            "{near} of {followed} may become unstable, by their growth rates at the base points; these are continued"
+            "{near} of {followed} may become unstable or be the least stable one, by their growth rates at the base \
+             points; these are continued"
         );
         summary.value("modes near the axis", text);
     }
