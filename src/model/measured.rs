@@ -350,7 +350,7 @@ mod tests {
             rows.collect::<Vec<_>>().join(", ")
         };
         let given = |motion: &str, more: &str| {
-            let points = vec!["[0, 0, 0]"; 8].join(", ");
+            let points = ["[0, 0, 0]"; 8].join(", ");
             job(&format!(r#"[{{"shape": {{"points": [{points}], "motion": [{motion}]}}, {more}}}]"#))
         };
         let found = |motion: &str, more: &str| {

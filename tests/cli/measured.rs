@@ -115,7 +115,7 @@ fn measured_shape(folder: &Folder, mode: usize, own: impl Fn(&[f64]) -> [f64; 3]
     let chosen: Vec<usize> = (0..24).map(|k| moved[(2 * k + 1) * moved.len() / 48]).collect();
     let component = |p: usize, c: usize| {
         let error = 1.0 + 0.03 * (7.0 * (3 * p + c) as f64).sin();
-        ((3 * p + c) % 5 != 0).then_some(-40.0 * error * motion[3 * p + c])
+        (!(3 * p + c).is_multiple_of(5)).then_some(-40.0 * error * motion[3 * p + c])
     };
     let motions: Vec<[Option<f64>; 3]> = chosen.iter().map(|&p| [0, 1, 2].map(|c| component(p, c))).collect();
     let points: Vec<[f64; 3]> = chosen.iter().map(|&p| own(&points[3 * p..3 * p + 3])).collect();
