@@ -34,7 +34,7 @@ impl Reduction {
         modes: &[TraceModes],
         progress: &mut Progress,
     ) -> Result<Self> {
-        let interface = world.on_root(|| interface_of(contact, bodies))?;
+        let interface = world.on_root(|| interface_of(job, contact, bodies))?;
         progress.stage("compliance of the contact");
         let mut parts = Vec::new();
         let approximate = by_products(job);
@@ -105,7 +105,7 @@ impl Reduction {
             return Ok(None);
         }
         let few = bodies.unique.iter().map(|b| b.compact()).collect::<Result<Option<Vec<_>>>>()?;
-        let interface = shared(world, world.on_root(|| interface_of(contact, bodies))?.as_ref())?;
+        let interface = shared(world, world.on_root(|| interface_of(job, contact, bodies))?.as_ref())?;
         let uniform = interface.patches.iter().all(|p| is_uniform(&p.x) && is_uniform(&p.y));
         let (Some(few), true) = (few, uniform) else { return Ok(None) };
         let grids: Vec<Lines> = interface.patches.iter().map(|p| [p.x.clone(), p.y.clone()]).collect();

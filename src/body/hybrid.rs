@@ -408,7 +408,7 @@ pub(super) fn of_circles(
 }
 
 /// Collective: the sums of `constant`, `[9T, 9T]`, in the frames of the grids, which are turned by `tilts`, rad.
-fn in_grids(world: &World, constant: &Constant, tilts: &[f64]) -> Result<Vec<Mat<f64>>> {
+pub(super) fn in_grids(world: &World, constant: &Constant, tilts: &[f64]) -> Result<Vec<Mat<f64>>> {
     let mine = (world.rank..constant.blocks.len()).step_by(world.size);
     let mut memory = Vec::new();
     let parts = world.agree(mine.map(|k| constant.block(k, &mut memory)).collect::<Result<Vec<_>>>())?;

@@ -212,7 +212,7 @@ impl HalfSpace {
     }
 
     /// Means of the displacement under the loads on a patch, m/N and so on, Γ⁻¹BΓ⁻¹ of this half-space.
-    pub(super) fn under_loads(&self, patch: LoadPatch) -> Square {
+    pub(crate) fn under_loads(&self, patch: LoadPatch) -> Square {
         let load = HalfSpaceLoad { patch, shear: self.shear(), poisson: self.poisson };
         match patch {
             LoadPatch::Circle { .. } => {

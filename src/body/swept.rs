@@ -2,6 +2,9 @@
 //! ranks; at its contacts the compliance of a half-space and, beside it, motions of the contacts that are constant or
 //! go with x and y ("hybrid").
 
+mod cells;
+mod contact_places;
+mod contact_rows;
 mod damping;
 mod members;
 mod naming;
@@ -10,7 +13,7 @@ mod suspended;
 
 use super::clusters;
 use super::half_space::HalfSpace;
-use super::hybrid::{of_circles, statics, Compact, ContactFunctions, Hybrid, LoadCircles};
+use super::hybrid::{of_circles, statics, Compact, ContactFunctions, LoadCircles};
 use super::mode_cache::{by_ranks, CachedModes};
 use super::modes::Extent;
 use super::{ContactSpec, ElasticBody, Kind, ProgressFn, TraceModes};
@@ -19,10 +22,13 @@ use crate::parallel::World;
 use crate::swept::modes::{below, by_orders, contact_functions, limit_of, of_order, turned_freely};
 use crate::swept::{
     rotate_loads, Attachment, ContactModeData, EdgeSprings, Forms, FourierModes, HalfSections, LineLoad, LoadPatch,
-    Path, Prestress, SectionSource, LOADS,
+    Prestress, SectionSource, LOADS,
 };
 use crate::swept::{Bearing, DisplayMesh, Mirror, Outline, OutlineModes, PictureModes, RunningPlace, SectionContact};
 use crate::{Error, Result};
+pub use contact_places::FaceCell;
+use contact_places::{faces, load_section, on_faces, LoadPlace};
+use contact_rows::RevolvedRows;
 use faer::Mat;
 use members::{members, on_outline, rotation, Member};
 use naming::names;
@@ -49,8 +55,10 @@ pub struct RevolvedSpec<'a> {
     pub suspension: &'a [Bearing],
     /// True if it rotates.
     pub rotates: bool,
-    /// Its contacts.
+    /// Its contacts on the running line.
     pub contacts: &'a [ContactSpec<'a, RunningPlace>],
+    /// Cells of its faces, in place of contacts on the running line.
+    pub cells: &'a [FaceCell<'a>],
     /// Angle of the frame in which it is shown against that of the axle, about x, rad, as [`rotate_loads`] has it: that
     /// of its contact, where it has one alone.
     pub tilt: f64,
@@ -72,22 +80,16 @@ pub struct Swept<'w> {
     rotates: bool,
     tilt: f64,
     /// Frame and place of each contact, and its grid in `contact`.
-    places: Vec<ContactPlace>,
-    contact: Hybrid,
+    places: Vec<LoadPlace>,
+    /// Faces that carry cells.
+    faces: Vec<String>,
+    contact: RevolvedRows,
     /// Radiating outline, or why that cannot be said; with the modes, once they are known.
     outline: Result<OutlineModes>,
     /// Its modes on a mesh that shows them, once they are known.
     picture: Option<PictureModes>,
     /// Modes that it has found itself, or taken from elsewhere.
     found: Option<Rc<ModeSpectrum>>,
-}
-
-/// Frame and place of a contact on a section.
-#[derive(Debug, Clone, Copy)]
-struct ContactPlace {
-    tilt: f64,
-    place: Option<RunningPlace>,
-    along: f64,
 }
 
 /// The modes of a body of revolution, and what they depend on.
@@ -105,7 +107,8 @@ pub struct ModeSpectrum {
 /// The forms of a body meshed for its modes, with what it carries.
 fn forms(name: &str, making: &RevolvedSpec) -> Result<Forms> {
     let body = |e: Error| e.context(format!("bodies.{name}"));
-    let section = making.section.for_modes().map_err(body)?;
+    let section =
+        making.section.for_modes().and_then(|section| on_faces(section, &faces(making.cells))).map_err(body)?;
     let attached = making.section.attached(&section, making.attachments)?;
     let bearings = making.section.bearings(&section, making.suspension).map_err(body)?;
     let forms = Forms::carrying(section, making.material, (making.fixed, making.springs), &attached).map_err(body)?;
@@ -121,8 +124,7 @@ impl<'w> Swept<'w> {
         let clamped: Vec<usize> = groups.flatten().copied().chain(forms.section.on_axle()).collect();
         let bare = |outline: Outline| OutlineModes { outline, orders: Vec::new(), count: 0 };
         let outline = forms.section.outline(&clamped).map(bare).map_err(|e| e.context(format!("bodies.{name}")));
-        let grids = making.contacts.iter().map(|c| c.lines.map(<[f64]>::to_vec)).collect();
-        let place = |c: &ContactSpec<RunningPlace>| ContactPlace { tilt: c.tilt, place: c.place, along: c.along };
+        let (places, contact) = LoadPlace::all(&making, &forms.section, half_space)?;
         let symmetric = making.section.middle().filter(|_| making.attachments.is_empty());
         let mut body = Self {
             bearings: forms.bearings().copied().collect(),
@@ -138,12 +140,13 @@ impl<'w> Swept<'w> {
             springs: making.springs.to_vec(),
             rotates: making.rotates,
             tilt: making.tilt,
-            places: making.contacts.iter().map(place).collect(),
-            contact: Hybrid::new(half_space, grids),
+            places,
+            faces: faces(making.cells),
+            contact,
         };
         let contacts = body.contacts();
         let tilts = body.against_loads(&contacts);
-        let placed = body.contact.place(Path::Axle, &contacts, &tilts);
+        let placed = body.contact.place(&contacts, &tilts);
         placed.map_err(|e| e.context(format!("compliance of body \"{name}\"")))?;
         Ok(body)
     }
@@ -155,16 +158,12 @@ impl<'w> Swept<'w> {
 
     /// Points at which the loads of each contact act.
     fn contacts(&self) -> Vec<SectionContact> {
-        let of = |at: &ContactPlace| {
-            let contact = at.place.map_or_else(|| self.making.contact(), |place| self.making.contact_at(place));
-            contact.at_place(at.along)
-        };
-        self.places.iter().map(of).collect()
+        self.places.iter().map(|at| at.contact(&self.making)).collect()
     }
 
-    /// Forms of the body meshed for loads on patches of the half width `shorter`, m, the first one at its own contact.
-    fn load_forms(&self, others: &[RunningPlace], shorter: &[f64]) -> Result<Forms> {
-        let section = self.making.for_loads_at(others, shorter)?;
+    /// Forms of the body on a mesh for loads on patches of the half width `shorter`, m.
+    fn load_forms(&self, places: &[LoadPlace], shorter: &[f64]) -> Result<Forms> {
+        let section = load_section(&self.making, places, &self.faces, shorter)?;
         Ok(Forms::sprung(section, self.forms.material, &self.fixed, &self.springs)?.on_bearings(&self.bearings))
     }
 
@@ -176,7 +175,7 @@ impl<'w> Swept<'w> {
 
     /// Angle of the frame of each contact against that of its loads on the section, rad.
     fn against_loads(&self, contacts: &[SectionContact]) -> Vec<f64> {
-        self.places.iter().zip(contacts).map(|(at, contact)| at.tilt - contact.angle()).collect()
+        self.places.iter().zip(contacts).map(|(at, contact)| at.against_loads(contact)).collect()
     }
 
     /// ψ̂ of modes in the frames of the contacts, 1/√kg and 1/(√kg m), `[9T, m]`.
@@ -345,11 +344,7 @@ impl ElasticBody for Swept<'_> {
         if shorter.is_empty() {
             return Ok(None);
         }
-        let placed = self.places.iter().zip(&shorter).filter_map(|(at, &half)| Some((at.place?, half)));
-        let (others, mut all): (Vec<RunningPlace>, Vec<f64>) = placed.unzip();
-        let own = self.places.iter().zip(&shorter).filter(|(at, _)| at.place.is_none()).map(|(_, &half)| half);
-        all.insert(0, own.fold(f64::INFINITY, f64::min));
-        let forms = self.load_forms(&others, &all)?;
+        let forms = self.load_forms(&self.places, &shorter)?;
         let contacts = self.contacts();
         let tilts = self.against_loads(&contacts);
         let made = self.contact.make(self.world, &forms, &contacts, &tilts);
@@ -361,17 +356,19 @@ impl ElasticBody for Swept<'_> {
     }
 
     fn compact(&self) -> Result<Option<Compact>> {
-        self.contact.compact(&self.name).map(Some)
+        self.contact.compact(&self.name)
     }
 
     fn contact_functions(&self) -> Result<Option<ContactFunctions>> {
-        self.contact.functions(&self.name).map(Some)
+        self.contact.functions(&self.name)
     }
 
     fn contact_compliances(&self, circles: LoadCircles) -> Result<Option<Vec<Mat<f64>>>> {
         let contacts = self.contacts();
-        let ([contact], [tilt]) = (&contacts[..], &self.against_loads(&contacts)[..]) else { return Ok(None) };
-        let forms = self.load_forms(&[], &[circles.mesh])?;
+        let ([contact], [tilt], []) = (&contacts[..], &self.against_loads(&contacts)[..], &self.faces[..]) else {
+            return Ok(None);
+        };
+        let forms = self.load_forms(&self.places, &[circles.mesh])?;
         of_circles(self.world, &forms, (contact, *tilt), circles.radii).map(Some)
     }
 

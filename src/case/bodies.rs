@@ -63,6 +63,12 @@ impl Place {
         vectors.iter().map(|&[x, y]| in_contact_frame([x, y, 0.0], -tilt)).collect()
     }
 
+    /// The place of a body by matrices, that with the index `body`.
+    pub(super) fn by_matrices((name, side): (&'static str, Side), body: usize) -> Self {
+        let (grids, laid, checksum) = (Vec::new(), Vec::new(), String::new());
+        Self { name, side, body, grids, laid, material: None, checksum }
+    }
+
     /// The place of a body without a mesh, that with the index `body`.
     pub(crate) fn meshless(
         (name, side): (&'static str, Side),
@@ -97,6 +103,9 @@ impl<'p> BuiltBodies<'p> {
         progress: &mut Progress,
         summary: &mut Summary,
     ) -> Result<Self> {
+        if job.is_disc_with_pads() {
+            return super::disc_and_pads::build(petsc, job, progress, summary);
+        }
         if job.by_matrices() {
             return Self::of_matrices(petsc, job, progress, summary);
         }
@@ -174,8 +183,7 @@ impl<'p> BuiltBodies<'p> {
         let mut bodies = Self::none();
         for (index, side) in Side::BOTH.into_iter().enumerate() {
             let name = side.name();
-            let (grids, material, checksum) = (Vec::new(), None, String::new());
-            bodies.places.push(Place { name, side, body: index, grids, laid: Vec::new(), material, checksum });
+            bodies.places.push(Place::by_matrices((name, side), index));
             let Some((_, body)) = given.iter().find(|(n, _)| *n == name) else {
                 bodies.unique.push(Box::new(Rigid::new(world, name, 3 * contacts)));
                 continue;
@@ -333,7 +341,7 @@ pub(super) fn of_elements<'p>(
 /// Returns whether some analysis of the job works on finite elements.
 pub(crate) fn needs_elements(job: &Job) -> bool {
     let half_space = job.contact.as_ref().is_some_and(|c| c.compliance == Compliance::HalfSpace);
-    !job.by_matrices() && (job.analyses.modes.is_some() || !half_space)
+    (!job.by_matrices() || job.is_disc_with_pads()) && (job.analyses.modes.is_some() || !half_space)
 }
 
 /// Refuses a static load on a body that supports leave free to move away from it.

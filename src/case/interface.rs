@@ -12,7 +12,7 @@ use crate::fem::ElasticMaterial;
 use crate::friction::PatchFriction;
 use crate::grid::ContactGrid;
 use crate::grid::Interface;
-use crate::job::{self, Direction, Load};
+use crate::job::{self, Direction, Job, Load};
 use crate::model::{Convolution, CoupledModel};
 use crate::{Error, Result};
 use faer::Mat;
@@ -84,7 +84,8 @@ pub(crate) fn points(contact: &job::Contact) -> Option<Vec<SlidingPoint>> {
         let direction = d.map(|v| v / d[0].hypot(d[1]));
         SlidingPoint { direction, velocity: p.slip_velocity, force: p.force.unwrap_or(0.0), gap: p.gap }
     };
-    contact.points.as_ref().map(|points| points.iter().map(of).collect())
+    contact.points.as_ref()?;
+    Some(contact.all().flat_map(|one| one.points.iter().flatten()).map(of).collect())
 }
 
 /// The contact points, where the force of each is given: it does not follow from a load.
@@ -129,7 +130,10 @@ pub(crate) fn steady_sliding<'a>(
 }
 
 /// On rank 0: the points of the contact, or the grid both bodies share, and the gap between them.
-pub(crate) fn interface_of(contact: &job::Contact, bodies: &BuiltBodies) -> Result<Interface> {
+pub(crate) fn interface_of(job: &Job, contact: &job::Contact, bodies: &BuiltBodies) -> Result<Interface> {
+    if job.is_disc_with_pads() {
+        return super::disc_and_pads::interface(job);
+    }
     if let Some(points) = points(contact) {
         return contact::points::interface(&points);
     }

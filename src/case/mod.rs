@@ -5,6 +5,7 @@ mod absorbers;
 pub mod bodies;
 mod contact_places;
 pub mod curving;
+pub(crate) mod disc_and_pads;
 pub(crate) mod display_modes;
 pub mod endless_rail;
 pub(crate) mod interface;

@@ -86,6 +86,12 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
         super::transient_problem::histories(transient, contact)?;
         super::roughness::refuse_others(job, contact.all().count())?;
     }
+    if job.is_disc_with_pads() {
+        report.lines.extend(super::swept::inertia(job)?.into_iter().map(|line| job.bodies.with_names(line)));
+        report.lines.extend(super::disc_and_pads::examine(job)?);
+        matrices_of("pads", &super::disc_and_pads::pads(job)?)?;
+        return Ok(report);
+    }
     if job.by_matrices() {
         // They are read whole: whether they fit each other and the contacts is not to be seen in their heads.
         let read = |(name, body)| matrices_of(name, body).map(drop);

@@ -3,7 +3,7 @@
 use super::bodies::{material_of, BuiltBodies};
 use super::{absorbers, rail};
 use crate::body::separate_bodies::{SeparateBodies, SeparateBody};
-use crate::body::swept::{RevolvedSpec, Swept};
+use crate::body::swept::{FaceCell, RevolvedSpec, Swept};
 use crate::body::{ContactSpec, ElasticBody, Side};
 use crate::fem::ElasticMaterial;
 use crate::grid::ContactGrid;
@@ -192,12 +192,29 @@ pub(crate) struct WheelContact {
     pub along: f64,
 }
 
-/// A body of a section with its `contacts`, shown in a frame of the angle `tilt`, rad.
+/// Contacts of a body of a section, and the angle of the frame in which it is shown, rad.
+#[derive(Default)]
+struct Touched<'c> {
+    running: &'c [ContactSpec<'c, RunningPlace>],
+    cells: &'c [FaceCell<'c>],
+    tilt: f64,
+}
+
+/// A disc that is touched at `cells` of its faces.
+pub(super) fn disc<'p>(
+    told: (&'p World, &mut Summary),
+    (name, body): (&str, &job::Body),
+    cells: &[FaceCell],
+) -> Result<Swept<'p>> {
+    made(told, (name, body), section(body)?, Touched { cells, ..Touched::default() })
+}
+
+/// A body of a section with its contacts.
 fn made<'p>(
     (world, summary): (&'p World, &mut Summary),
     (name, body): (&str, &job::Body),
     section: SectionSource,
-    (contacts, tilt): (&[ContactSpec<RunningPlace>], f64),
+    touched: Touched,
 ) -> Result<Swept<'p>> {
     let (material, springs, suspension) = (material_of(body)?, springs(body), bearings(body));
     let carried = absorbers::carried(name, body, &section)?;
@@ -209,8 +226,9 @@ fn made<'p>(
         attachments: &carried.attachments,
         suspension: &suspension,
         rotates: body.rotates(),
-        contacts,
-        tilt,
+        contacts: touched.running,
+        cells: touched.cells,
+        tilt: touched.tilt,
     };
     let swept = Swept::new(world, name, making)?;
     let unknowns = swept.unknowns();
@@ -267,7 +285,8 @@ pub(crate) fn wheel<'p>(
         let place = RunningPlace { y: offset(seat, side), height: Some(seat.z), opposite: side != first.side };
         specs.push(if number == 0 { own } else { ContactSpec { place: Some(place), along, ..own } });
     }
-    made(told, (name, body), section_at(body, first.seat, first.side)?, (&specs, first.seat.tilt))
+    let touched = Touched { running: &specs, tilt: first.seat.tilt, ..Touched::default() };
+    made(told, (name, body), section_at(body, first.seat, first.side)?, touched)
 }
 
 /// The grid of a body at a `contact`, in lower form; none where that has none.
@@ -361,7 +380,8 @@ pub fn build<'p>(
         } else {
             let contacts = grids.iter().zip(&contacts).map(|(grid, contact)| at_grid(grid, contact.turned));
             let contacts: Vec<_> = contacts.collect();
-            bodies.unique.push(Box::new(made((world, summary), (name, body), section(body)?, (&contacts, 0.0))?));
+            let touched = Touched { running: &contacts, ..Touched::default() };
+            bodies.unique.push(Box::new(made((world, summary), (name, body), section(body)?, touched)?));
         }
         let grids = match side {
             _ if !examined || !world.is_root() => Vec::new(),
@@ -417,7 +437,8 @@ fn separate<'p>((world, summary): (&'p World, &mut Summary), job: &Job, examined
         let mut quiet = Summary::default();
         let told = if first == all.len() { &mut *summary } else { &mut quiet };
         let at = |e: Error| e.context(format!("bodies.{}", one.key));
-        let body = made((world, told), (&one.key, one.body), section(one.body)?, (&contacts, 0.0)).map_err(at)?;
+        let touched = Touched { running: &contacts, ..Touched::default() };
+        let body = made((world, told), (&one.key, one.body), section(one.body)?, touched).map_err(at)?;
         all.push(SeparateBody { name: one.name.clone(), family: None, section: first, body: Box::new(body) });
     }
     let count = all.len();

@@ -70,6 +70,20 @@ pub struct Interface {
     /// Rigid creep of each node beside that of the creepages, m/s, `[n]`; empty on a grid. Points have it each for
     /// itself.
     creep: Vec<[f64; 2]>,
+    /// Component along z of the axle about which the lower body turns under the upper one, 1, `[n]`; empty where the
+    /// material of both bodies passes alike.
+    axle: Vec<f64>,
+}
+
+/// Contact points on a body that turns under another one, which does not.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct TurningPoints {
+    /// Areas that the points stand for, m², `[n]`.
+    pub area: Vec<f64>,
+    /// Rigid creeps, m/s, `[n]`.
+    pub creep: Vec<[f64; 2]>,
+    /// Component of the axle along z of each point, out of the lower body, 1, `[n]`.
+    pub axle: Vec<f64>,
 }
 
 impl Interface {
@@ -90,7 +104,14 @@ impl Interface {
         }
         let weight = wy.iter().flat_map(|b| wx.iter().map(move |a| a * b)).collect();
         let shift = vec![[0.0; 2]; gap.len()];
-        Ok(Self { patches: vec![ContactPatch { x, y, first: 0 }], gap, shift, weight, creep: Vec::new() })
+        Ok(Self {
+            patches: vec![ContactPatch { x, y, first: 0 }],
+            gap,
+            shift,
+            weight,
+            creep: Vec::new(),
+            axle: Vec::new(),
+        })
     }
 
     /// Contact points with their gaps (m, `[n]`) and rigid creeps (m/s, `[n]`), each of the area 1, so that pressures
@@ -103,12 +124,25 @@ impl Interface {
         let n = gap.len();
         let x = (0..n).map(|i| i as f64).collect();
         let patches = vec![ContactPatch { x, y: vec![0.0], first: 0 }];
-        Ok(Self { patches, gap, shift: vec![[0.0; 2]; n], weight: vec![1.0; n], creep })
+        Ok(Self { patches, gap, shift: vec![[0.0; 2]; n], weight: vec![1.0; n], creep, axle: Vec::new() })
     }
 
-    /// The patches of all `parts` on one interface, in this order. Contact points cannot be joined.
+    /// One patch of contact points without gaps on a body that turns under the other one.
+    pub fn turning(points: TurningPoints) -> Result<Self> {
+        let TurningPoints { area, creep, axle } = points;
+        let n = area.len();
+        let within = area.iter().all(|a| *a > 0.0 && a.is_finite()) && axle.iter().all(|e| e.abs() <= 1.0);
+        if axle.len() != n || !within {
+            return Err(Error::Defect(format!("interface: areas {area:?} m² and axles {axle:?} of points")));
+        }
+        Ok(Self { weight: area, axle, ..Self::points(vec![0.0; n], creep)? })
+    }
+
+    /// The patches of all `parts` on one interface, in this order. Contact points that stand alone cannot be joined,
+    /// nor points with a grid.
     pub fn joined(parts: Vec<Interface>) -> Result<Self> {
-        if parts.is_empty() || (parts.len() > 1 && parts.iter().any(Self::are_points)) {
+        let turning = parts.iter().all(|part| !part.axle.is_empty());
+        if parts.is_empty() || (parts.len() > 1 && !turning && parts.iter().any(Self::are_points)) {
             return Err(Error::Defect(format!(
                 "interface: {} parts to join, or contact points among them",
                 parts.len()
@@ -122,6 +156,8 @@ impl Interface {
             all.gap.extend(part.gap);
             all.shift.extend(part.shift);
             all.weight.extend(part.weight);
+            all.creep.extend(part.creep);
+            all.axle.extend(part.axle);
             all
         }))
     }
@@ -164,6 +200,17 @@ impl Interface {
     /// Rigid creep of node `i` beside that of the creepages, m/s.
     pub fn creep(&self, i: usize) -> [f64; 2] {
         self.creep.get(i).copied().unwrap_or_default()
+    }
+
+    /// Component along z of node `i` of the axle about which the lower body turns under the upper one, 1; none where
+    /// the material of both bodies passes alike.
+    pub fn axle(&self, i: usize) -> Option<f64> {
+        self.axle.get(i).copied()
+    }
+
+    /// The interface of points with other rigid creeps, m/s, `[n]`.
+    pub fn with_creep(&self, creep: Vec<[f64; 2]>) -> Self {
+        Self { creep, ..self.clone() }
     }
 
     /// The interface with other gaps, m, `[n]`.
@@ -290,6 +337,23 @@ mod tests {
         );
         let points = Interface::points(vec![0.0], vec![[1.0, 0.0]]).unwrap();
         assert!(Interface::joined(vec![points, small]).is_err() && Interface::joined(Vec::new()).is_err());
+    }
+
+    #[test]
+    fn turning_points_make_patches_of_their_own() {
+        let points = |n: usize, speed: f64, axle: f64| {
+            Interface::turning(TurningPoints { area: vec![2e-4; n], creep: vec![[speed, 0.0]; n], axle: vec![axle; n] })
+        };
+        let both = Interface::joined(vec![points(3, 2.0, 1.0).unwrap(), points(2, 2.5, -1.0).unwrap()]).unwrap();
+        assert_eq!((both.len(), both.patches[1].nodes(), both.are_points()), (5, 3..5, true));
+        let of = |i: usize| (both.patch_of(i), both.creep(i), both.axle(i), both.weight[i]);
+        assert_eq!(of(2), (0, [2.0, 0.0], Some(1.0), 2e-4));
+        assert_eq!(of(3), (1, [2.5, 0.0], Some(-1.0), 2e-4));
+        assert_eq!((graded().axle(0), both.point(4)), (None, [0.0; 2]));
+        let alone = Interface::points(vec![0.0], vec![[1.0, 0.0]]).unwrap();
+        assert!(Interface::joined(vec![points(1, 1.0, 1.0).unwrap(), alone]).is_err());
+        assert!(Interface::turning(TurningPoints { axle: vec![1.0], ..TurningPoints::default() }).is_err());
+        assert!(points(2, 1.0, 1.5).is_err());
     }
 
     #[test]

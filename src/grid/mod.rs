@@ -8,7 +8,7 @@ pub mod surface;
 mod transfer;
 
 pub use faces::Faces;
-pub use interface::{ContactPatch, Interface};
+pub use interface::{ContactPatch, Interface, TurningPoints};
 pub use surface::ContactGrid;
 pub(crate) use transfer::averages;
 pub use transfer::{means, PatchAverage, PatchShape, Transfer, Weights};

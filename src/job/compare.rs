@@ -1,6 +1,6 @@
 //! Jobs beside each other: what a reduced model depends on, and in which keys two documents differ.
 
-use super::{Body, Contact, ContactAround, ContactPlaces, ContactWheels, GivenCreepage, Job, Placement};
+use super::{Body, Contact, ContactAround, ContactPlaces, ContactWheels, FaceContact, GivenCreepage, Job, Placement};
 use serde_json::{json, Value};
 use std::fmt;
 
@@ -55,6 +55,10 @@ pub fn fe_inputs(job: &Job) -> Value {
     });
     if !job.bodies.others.is_empty() {
         inputs["bodies"]["others"] = job.bodies.others.iter().map(|(name, of)| (name.clone(), body(of))).collect();
+    }
+    if job.is_disc_with_pads() {
+        let cells = |one: &FaceContact| json!([one.between, one.face, one.cells]);
+        inputs["contacts"] = job.contacts.iter().map(cells).collect();
     }
     if let Some(grid) = contact.and_then(|c| c.grid) {
         inputs["contact"]["grid"] = json!(grid);

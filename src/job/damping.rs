@@ -59,7 +59,8 @@ fn moving(job: &Job) -> Vec<(String, &Body)> {
 
 /// The damping of each body with modes, in words, one line each.
 pub(crate) fn damping_lines(job: &Job) -> Vec<String> {
-    moving(job).into_iter().map(|(name, body)| format!("damping of {name}: {}", text(body))).collect()
+    let line = |(key, body): (String, &Body)| format!("damping of {}: {}", job.bodies.name_of(&key), text(body));
+    moving(job).into_iter().map(line).collect()
 }
 
 /// Warnings of bodies without damping in analyses that their modes decide.
@@ -76,11 +77,11 @@ pub fn undamped(job: &Job) -> Vec<String> {
             true => "{\"modal\": {\"by_diameter\": [0.002, 0.02, 0.0002]}} of a steel wheel",
             false => "{\"modal\": {\"by_frequency\": [{\"loss_factor\": 0.001}]}}",
         };
-        format!(
+        job.bodies.with_names(format!(
             "bodies.{name}.damping: found none, and no support damps the body either: modes without damping are \
              unstable at \
              the slightest push, also those that no body of metal would show so; expected damping, e.g. {example}"
-        )
+        ))
     };
     moving(job).into_iter().filter(|(_, b)| bare(b)).map(warning).collect()
 }

@@ -126,6 +126,10 @@ impl Job {
     /// Makes the contacts of the bodies around one, and fills in what follows from the wheel that `contact.from` names,
     /// as stand-ins; the faults of a job that has not what it takes.
     fn resolve_contacts(&mut self) -> Vec<String> {
+        let faults = self.resolve_named();
+        if !faults.is_empty() || self.is_disc_with_pads() {
+            return faults;
+        }
         let Some(contact) = &mut self.contact else { return Vec::new() };
         contact.make_around();
         match (&self.curve, &self.vehicle, contact.from) {

@@ -91,6 +91,10 @@ const USUAL: &[Usual] = &[
         [0.0, 1.0],
         &[PER_CENT],
     ),
+    usual("contacts.*.friction", Everywhere, "a coefficient of friction", [0.0, 1.0], &[PER_CENT]),
+    usual("contacts.*.friction.*.static", Everywhere, "a coefficient of friction", [0.0, 1.0], &[PER_CENT]),
+    usual("contacts.*.friction.*.kinetic", Everywhere, "a coefficient of friction", [0.0, 1.0], &[PER_CENT]),
+    usual("contacts.*.friction.table.points.*.1", Everywhere, "a coefficient of friction", [0.0, 1.0], &[PER_CENT]),
     usual("contact.creepage.longitudinal", Everywhere, "a creepage", [0.0, 0.1], &[PER_CENT]),
     usual("contact.creepage.lateral", Everywhere, "a creepage", [0.0, 0.1], &[PER_CENT]),
     usual("contact.placement.creepage.longitudinal", OnRail, "a creepage", [0.0, 0.1], &[PER_CENT]),
@@ -343,7 +347,7 @@ mod tests {
             // A key of either body, of a law, or of a list.
             let path: Vec<&str> = line.key.split('.').collect();
             let fill = |k: usize| match (path[k], k) {
-                ("*", 1) => "lower",
+                ("*", 1) if path[0] == "bodies" => "lower",
                 ("*", k) if path[k - 1] == "friction" => "exponential",
                 ("*", _) => "0",
                 (key, _) => key,

@@ -167,11 +167,13 @@ impl Checker {
 
     fn walk_object(&self, map: &Map<String, Value>, node: &Value, path: &str, faults: &mut Vec<String>) {
         let properties = node.get("properties").and_then(Value::as_object);
+        // Beside known keys those of free names are objects.
+        let free = node.get("additionalProperties").filter(|a| a.is_object());
         for (key, value) in map {
             let inner = join(path, key);
             if let Some(child) = properties.and_then(|p| p.get(key)) {
                 self.walk(value, child, &inner, faults);
-            } else if let Some(free) = node.get("additionalProperties").filter(|a| a.is_object()) {
+            } else if let Some(free) = free.filter(|_| properties.is_none() || value.is_object()) {
                 self.walk(value, free, &inner, faults);
             } else {
                 let allowed: Vec<String> = properties.map(|p| p.keys().cloned().collect()).unwrap_or_default();

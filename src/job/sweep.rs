@@ -63,8 +63,8 @@ pub(super) fn plan(base: &Value, sweep: &Sweep, name: &str, folder: &Path, check
         check_path(&segments, &format!("{name}: analyses.sweep.keys"), checker)?;
         if !sweepable(&segments) {
             return Err(fault(format!(
-                "keys: \"{key}\" cannot be swept; keys of bodies, contact, curve, vehicle, analyses.modes and \
-                 analyses.stability can"
+                "keys: \"{key}\" cannot be swept; keys of bodies, contact, contacts, curve, vehicle, analyses.modes \
+                 and analyses.stability can"
             )));
         }
         lists.push(values.list().map_err(|text| fault(format!("keys: {key}: {text}")))?);
@@ -155,7 +155,9 @@ fn sweepable(segments: &[&str]) -> bool {
     segments.get(..3) != Some(&["analyses", "stability", "full"])
         && matches!(
             segments,
-            ["bodies" | "contact" | "curve" | "vehicle", _, ..] | ["vehicle"] | ["analyses", "modes" | "stability", ..]
+            ["bodies" | "contact" | "contacts" | "curve" | "vehicle", _, ..]
+                | ["vehicle"]
+                | ["analyses", "modes" | "stability", ..]
         )
 }
 

@@ -411,3 +411,24 @@ fn friction_and_damping_have_several_forms() {
     // The resolved job can be read again.
     assert_eq!(read(job.to_json().to_string().as_bytes(), &[]).unwrap(), job);
 }
+
+/// A job of a disc with pads goes back to what it was: bodies by their names and contacts, nothing made of them.
+#[test]
+fn named_bodies_take_their_places_and_keep_their_names() {
+    let text = include_bytes!("../../jobs/disc-and-pads.json");
+    let job = Job::from_bytes(text, Path::new("jobs/disc-and-pads.json"), &[], Some("stability")).unwrap();
+    let contact = job.contact.as_ref().unwrap();
+    assert_eq!(contact.names(), ["outer pad", "inner pad"]);
+    let slips: Vec<f64> = contact.points.iter().flatten().filter_map(|p| p.slip_velocity).collect();
+    assert!(slips.iter().zip([4.4, 4.4, 5.9, 5.9]).all(|(a, b)| (a - b).abs() < 1e-12), "{slips:?}");
+    assert_eq!((job.angular_velocity("lower"), job.angular_velocity("upper")), (50.0, 0.0));
+    assert_eq!(job.bodies.with_names("bodies.upper.matrices".into()), "bodies.pads.matrices");
+    let value = job.to_json();
+    assert!(value.get("contact").is_none() && value["bodies"]["lower"].is_null(), "{value}");
+    assert_eq!(value["bodies"]["disc"]["rotation"], 50.0);
+    let again = Job::from_bytes(value.to_string().as_bytes(), Path::new("/job.json"), &[], None).unwrap();
+    assert_eq!(again.to_json(), value);
+    // Names of their own are for contacts.
+    let wrong = read(TWO, &["bodies.lowr={\"mesh\": {}}"]).unwrap_err().to_string();
+    says(&wrong, &["bodies.lowr"]);
+}

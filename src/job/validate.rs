@@ -5,6 +5,7 @@ use super::model::*;
 mod absorber;
 mod analyses;
 mod curving;
+mod faces;
 mod friction;
 mod matrices;
 mod measured;
@@ -19,8 +20,12 @@ mod wheel;
 
 use analyses::{check_analyses, check_uncertainty};
 
-/// All faults of a job that fits the schema; empty if it makes sense.
+/// All faults of a job that fits the schema, with the names that it gives its bodies; empty if it makes sense.
 pub fn validate(job: &Job) -> Vec<String> {
+    faults_of(job).into_iter().map(|fault| job.bodies.with_names(fault)).collect()
+}
+
+fn faults_of(job: &Job) -> Vec<String> {
     let mut faults = Vec::new();
     if job.bodies().is_empty() {
         faults.push("bodies: give at least one of \"lower\" and \"upper\"".into());
@@ -29,6 +34,10 @@ pub fn validate(job: &Job) -> Vec<String> {
         check_body(&format!("bodies.{name}"), body, &mut faults);
     }
     check_rotating(job, &mut faults);
+    if job.is_disc_with_pads() {
+        faces::check(job, &mut faults);
+        return faults;
+    }
     rail::check_modes(job, &mut faults);
     rail::check_track_decay(job, &mut faults);
     curving::check(job, &mut faults);

@@ -68,6 +68,7 @@ impl SharedModel {
             stiffness: ModalMatrix::squares(&omega),
             damping: vec![0.0; omega.len()].into(),
             turning: None,
+            carried: None,
             lower_modes: first,
             names: [lower.names.clone(), upper.names.clone()],
             reach: lower.reach.min(upper.reach) / (2.0 * PI),

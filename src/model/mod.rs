@@ -1,6 +1,7 @@
 //! The reduced model: what contact analyses need of the two bodies and of the interface between them, dense, made
 //! once for a run.
 
+mod carried;
 mod damping;
 mod low_rank_compliance;
 mod measured;
@@ -11,7 +12,7 @@ mod receptance;
 mod rotating;
 
 use crate::body::{ReducedBody, Side};
-use crate::grid::{ContactPatch, Interface};
+use crate::grid::{ContactPatch, Interface, TurningPoints};
 use crate::job::{self, Job};
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -111,6 +112,7 @@ impl ReducedModel {
         }
         let place = [0, if alike { 0 } else { 1 }];
         let mut model = Self { own, rotation, at_rest, ..Self::new(interface, bodies, place)? };
+        carry(&mut model.pair, job, &model.interface, &model.rotation);
         if !keeps {
             model.bodies.iter_mut().for_each(|body| body.compliance = Mat::zeros(0, 0));
         }
@@ -149,6 +151,7 @@ impl ReducedModel {
         if adapt(&mut pair, job, (&self.own, &self.rotation), &mut Default::default())? {
             pair.renew_compliance();
         }
+        carry(&mut pair, job, &self.interface, &self.rotation);
         Ok(pair)
     }
 }
@@ -270,6 +273,7 @@ impl SharedModel {
         if changed && self.pair.local.is_none() {
             self.pair.renew_compliance();
         }
+        carry(&mut self.pair, job, &self.interface, &self.rotation);
         Ok(&self.pair)
     }
 }
@@ -302,6 +306,11 @@ fn adapt(
     Ok(changed)
 }
 
+/// Gives `pair` the rates at which its lower body turns under the upper one on the `interface` in `job`.
+fn carry(pair: &mut CoupledModel, job: &Job, interface: &Interface, rotation: &[Option<ModalRotation>; 2]) {
+    pair.carried = carried::carried(interface, pair, rotation[0].as_ref(), job.angular_velocity(Side::Lower.name()));
+}
+
 /// Equations of motion of the modes of the body on a side of `job`, see [`damping_of`], with its `rotation` for the
 /// unit of angular velocity, where it rotates.
 fn dynamics_of(
@@ -327,6 +336,9 @@ pub fn shared(world: &World, root: Option<&Interface>) -> Result<Interface> {
         true => (0..s.len()).flat_map(|i| s.creep(i)).collect(),
         false => Vec::new(),
     });
+    let axle = list(&|s| (0..s.len()).filter_map(|i| s.axle(i)).collect());
+    let weight = if axle.is_empty() { Vec::new() } else { list(&|s| s.weight.clone()) };
+    let pairs = |all: &[f64]| all.chunks_exact(2).map(|c| [c[0], c[1]]).collect::<Vec<[f64; 2]>>();
     let interface = match creep.is_empty() {
         true => {
             let [mut x, mut y, mut gap] = [x, y, gap].map(Vec::into_iter);
@@ -337,7 +349,20 @@ pub fn shared(world: &World, root: Option<&Interface>) -> Result<Interface> {
             };
             shape.chunks_exact(2).map(part).collect::<Result<Vec<_>>>().and_then(Interface::joined)
         }
-        false => Interface::points(gap, creep.chunks_exact(2).map(|c| [c[0], c[1]]).collect()),
+        false if axle.is_empty() => Interface::points(gap, pairs(&creep)),
+        false => {
+            let mut first = 0;
+            let part = |n: &[u64]| {
+                let nodes = first..first + (n[0] * n[1]) as usize;
+                first = nodes.end;
+                Interface::turning(TurningPoints {
+                    area: weight[nodes.clone()].to_vec(),
+                    creep: pairs(&creep[2 * nodes.start..2 * nodes.end]),
+                    axle: axle[nodes].to_vec(),
+                })
+            };
+            shape.chunks_exact(2).map(part).collect::<Result<Vec<_>>>().and_then(Interface::joined)
+        }
     };
     world.agree(interface)
 }

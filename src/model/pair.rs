@@ -55,6 +55,9 @@ pub struct CoupledModel {
     pub damping: ModalMatrix,
     /// Terms of rotation in both; none of bodies at rest.
     pub turning: Option<RotationTerms>,
+    /// Rates at which the lower body, which turns under the upper one, carries the modes past contact points fixed in
+    /// space, 1/(√kg s), `[3n, m1 + m2]`; none where the material of both bodies passes alike.
+    pub carried: Option<Mat<f64>>,
     /// m1.
     pub lower_modes: usize,
     /// Names of the modes of the lower and of the upper body; empty where that is not known.
@@ -124,6 +127,7 @@ impl CoupledModel {
             stiffness,
             damping,
             turning,
+            carried: None,
             lower_modes: m1,
             names,
             reach,
@@ -220,6 +224,7 @@ impl CoupledModel {
             stiffness: ModalMatrix::broadcast(world, root.map(|p| &p.stiffness)),
             damping: ModalMatrix::broadcast(world, root.map(|p| &p.damping)),
             turning: RotationTerms::broadcast(world, root.and_then(|p| p.turning.as_ref())),
+            carried: Some(broadcast(world, root.and_then(|p| p.carried.as_ref()))).filter(|m| m.nrows() > 0),
             names: [0, 1].map(|i| ModeLabel::broadcast(world, root.map(|p| &p.names[i][..]))),
             reach: list(&|p| vec![p.reach]).first().copied().unwrap_or(0.0),
             lower_modes: list(&|p| vec![p.lower_modes as f64]).first().map_or(0, |&n| n as usize),

@@ -46,6 +46,7 @@ impl SharedModel {
             stiffness: own.stiffness.clone(),
             damping: own.damping.clone(),
             turning: own.turning.clone(),
+            carried: None,
             lower_modes: own.lower_modes,
             names: own.names.clone(),
             reach: own.reach,

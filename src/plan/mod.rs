@@ -69,6 +69,12 @@ pub fn sizes(job: &Job, meshes: &Meshes) -> Result<Vec<BodySize>> {
     if let Some(nodes) = surfaces::nodes(job, meshes)? {
         sizes.iter_mut().for_each(|s| s.contact_nodes = nodes as u64);
     }
+    if job.is_disc_with_pads() {
+        let cells = job.contacts.iter().map(|contact| contact.cells.len() as u64).sum();
+        for size in &mut sizes {
+            (size.name, size.contact_nodes) = (job.bodies.name_of(&size.name).to_owned(), cells);
+        }
+    }
     Ok(sizes)
 }
 

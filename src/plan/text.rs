@@ -46,6 +46,14 @@ fn supports(job: &Job) -> String {
 
 /// Describes the given quantities of the contact.
 fn given(contact: &Contact) -> String {
+    if contact.name.is_some() {
+        let of = |one: &Contact| {
+            let (name, cells) = (one.name.as_deref().unwrap_or_default(), one.points.iter().flatten().count());
+            let load = one.normal_load.unwrap_or(0.0);
+            format!("{name} of {cells} cells, normal load {load} N, friction {}", one.law())
+        };
+        return contact.all().map(of).collect::<Vec<_>>().join("; ");
+    }
     if let Some(points) = &contact.points {
         let pressed = match (contact.normal_load, contact.approach) {
             (Some(n), _) => format!("normal load {n} N"),
@@ -75,6 +83,9 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
     let (wanted, contact) = (&job.analyses, job.contact.as_ref());
     match step {
         Step::PriorRun | Step::EarlierShapes | Step::EarlierModes | Step::Geometry | Step::FreeModes => None,
+        Step::Bodies if job.is_disc_with_pads() => {
+            Some("section of the disc; mass, damping and stiffness of the pads from files".into())
+        }
         Step::Bodies if job.by_matrices() => Some("mass, damping and stiffness from files".into()),
         Step::Bodies if job.placement().is_some() => Some("the wheel on the rail: gap and creepages".into()),
         Step::Bodies if job.is_swept() => Some("sections of the bodies that are swept".into()),

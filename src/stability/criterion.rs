@@ -104,7 +104,7 @@ impl Condensed {
             let of = |&i: &usize| functions[j / 3][i] * bodies.modes[(3 * i + j % 3, k)];
             closed.iter().map(of).sum::<f64>() / squares[j / 3]
         });
-        let view = BodyView { modes: &shapes, residual: &bodies.residual };
+        let view = BodyView { modes: &shapes, residual: &bodies.residual, carried: None };
         Ok(Self { rows: contact_rows(view, contact)?, motions, patches, modes })
     }
 

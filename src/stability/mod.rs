@@ -165,8 +165,9 @@ fn by_functions(
     (pair, contact): (&CoupledModel, &LinearContact),
     memory: &SpectrumMemory,
 ) -> Result<Option<Vec<Eigenpair>>> {
-    // The full system is looked through with the whole spectrum as its guide.
-    if pair.omega.len() < MANY || stability.full.is_some() {
+    // The full system is looked through with the whole spectrum as its guide. What a body carries past the contact is
+    // none of the few functions.
+    if pair.omega.len() < MANY || stability.full.is_some() || pair.carried.is_some() {
         return Ok(None);
     }
     few(pair, contact, [stability.damping_ratio, stability.tolerance], memory)

@@ -187,7 +187,7 @@ impl<'m> NonlinearEigenproblem<'m> {
         };
         let [low, high] = modes.range();
         let rate = (low * high).sqrt();
-        let view = BodyView { modes: &shapes, residual: &bodies.residual };
+        let view = BodyView { modes: &shapes, residual: &bodies.residual, carried: None };
         let rows = contact_rows(view, contact)?;
         let contact = CondensedContact::new(rows, modes.rank, rate);
         let computed = || contact.relaxations(rate, angle);

@@ -12,6 +12,9 @@
 //!
 //! λ q = v,   λ v = −c v − (Ω² − G_q) q + G_f f,   λ A f = −(C + V X_f) f − V X_q q − A_q v,
 //!
+//! Where the lower body turns under an upper one that does not, V ∂x w is Ω(D′ u + e × v) of their modes
+//! ([`CoupledModel::carried`]).
+//!
 //! G: the modal forces, A, A_q: Bᵀw, and X: Bᵀ∂x w, as functions of q and f. Time is scaled by a mean frequency and f
 //! so that the modal forces it makes are of the size of the stiffness. A is singular where the tangential residual
 //! vanishes; the pencil is therefore solved by one real shift and inversion.
@@ -25,6 +28,8 @@ use crate::model::CoupledModel;
 use crate::{Error, Result};
 
 mod pencil;
+#[cfg(test)]
+mod tests;
 
 pub(super) use pencil::{images, Root, ScaledPencil, Scales};
 
@@ -129,11 +134,13 @@ pub(super) struct BodyView<'a> {
     pub modes: &'a Mat<f64>,
     /// `[3n, 3n]`, m/N.
     pub residual: &'a Mat<f64>,
+    /// Rates at which a body that turns under the other one carries these functions, `[3n, m]`.
+    pub carried: Option<&'a Mat<f64>>,
 }
 
 impl<'a> From<&'a CoupledModel> for BodyView<'a> {
     fn from(pair: &'a CoupledModel) -> Self {
-        Self { modes: &pair.modes, residual: &pair.residual }
+        Self { modes: &pair.modes, residual: &pair.residual, carried: pair.carried.as_ref() }
     }
 }
 
@@ -182,7 +189,7 @@ impl<'a> Responses<'a> {
 
 /// Pressures r of the closed nodes as a function of (q, f), `[k, m + nf]`.
 fn pressures(responses: &Responses<'_>, contact: &LinearContact) -> Result<Mat<f64>> {
-    let Responses { bodies: BodyView { residual: s, modes: psi }, place, by_force, by_pressure } = responses;
+    let Responses { bodies: BodyView { residual: s, modes: psi, .. }, place, by_force, by_pressure } = responses;
     let (m, k, nf) = (psi.ncols(), contact.nodes.len(), by_force.ncols());
     let normal: Vec<usize> = contact.nodes.iter().map(|n| 3 * n.node + 2).collect();
     let mut s_np = Mat::from_fn(k, k, |i, j| by_pressure[(place[normal[i]], j)]);
@@ -306,7 +313,14 @@ impl ContactCoupling {
             let edges = contact.edges.iter().filter(|e| e.at == u.at).flat_map(|e| e.gaps);
             carried.chain(edges.map(|(j, d)| (3 * j + 2, d[0] * u.creep[0] + d[1] * u.creep[1]))).collect()
         };
-        let x = rows_of(&responses, &unknowns.iter().map(list).collect::<Vec<_>>(), &r);
+        let mut x = rows_of(&responses, &unknowns.iter().map(list).collect::<Vec<_>>(), &r);
+        // b·Ω(D′ u + e × v) of a body that turns under the other one.
+        if let Some(rates) = bodies.carried {
+            for (i, u) in unknowns.iter().enumerate() {
+                let row = 3 * nodes[u.at].node;
+                (0..m).for_each(|k| x[(i, k)] += u.creep[0] * rates[(row, k)] + u.creep[1] * rates[(row + 1, k)]);
+            }
+        }
         // Modal forces Ψᵀ R with R = f and (p, −μτ) r.
         let by_f = Mat::from_fn(m, nf, |i, j| {
             let (row, b) = (3 * nodes[unknowns[j].at].node, unknowns[j].along);

@@ -268,6 +268,12 @@ impl SectionSource {
         Ok(finer_at(section, &spots))
     }
 
+    /// The mesh for loads on faces: about each of the places (r, y), m, fine enough for a patch of the half width with
+    /// it, m.
+    pub(crate) fn for_loads_on_faces(&self, places: &[([f64; 2], f64)]) -> Result<CrossSection> {
+        Ok(finer_at(self.for_modes()?, places))
+    }
+
     /// y of the contact in the coordinates of the section as a job gives it, m, and true if it is seen from the other
     /// side.
     fn frame(&self) -> (f64, bool) {

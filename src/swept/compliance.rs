@@ -195,7 +195,10 @@ fn last_order(forms: &Forms, contact: &SectionContact, largest: f64) -> Result<u
     let section = &forms.section;
     let mut last = FEWEST;
     for spot in contact.spots() {
-        let tread = section.running_at(spot.origin[1]);
+        let tread = match spot.is_on_a_face() {
+            true => section.face_at(spot),
+            false => section.running_at(spot.origin[1]),
+        };
         let ends = tread.iter().flat_map(|e| [e[0], e[1]].map(|k| spot.along(section.nodes[k])));
         let (low, high) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), y| (l.min(y), h.max(y)));
         let room = high.min(-low);

@@ -13,6 +13,7 @@ mod contacts;
 mod discrete_supports;
 mod drawn_rail;
 mod elsewhere;
+mod faces;
 mod flange;
 mod half_sections;
 mod infinite;

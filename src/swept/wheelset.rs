@@ -4,6 +4,7 @@
 //! that the other wheel lies beyond the middle of the axle. Either half is meshed, with small elements at its contact
 //! where it has one; both meet in the nodes of the middle.
 
+use super::face::hanging_together;
 use super::wheel::{half, WheelShape};
 use super::{CrossSection, Focus, SectionElement};
 
@@ -138,19 +139,7 @@ impl CrossSection {
             edge.iter().map(away).fold(f64::INFINITY, f64::min)
         };
         let Some(nearest) = self.tread.iter().min_by(|a, b| apart(a).total_cmp(&apart(b))) else { return Vec::new() };
-        let mut reached: std::collections::BTreeSet<usize> = nearest.iter().copied().collect();
-        loop {
-            let before = reached.len();
-            for edge in &self.tread {
-                if reached.contains(&edge[0]) || reached.contains(&edge[1]) {
-                    reached.extend(edge);
-                }
-            }
-            if reached.len() == before {
-                break;
-            }
-        }
-        self.tread.iter().filter(|edge| reached.contains(&edge[2])).copied().collect()
+        hanging_together(&self.tread, *nearest)
     }
 
     /// Largest distance from the axle of the section at `y`, m; none beside it.

@@ -10,6 +10,7 @@ mod criterion;
 mod curving;
 mod cycles;
 mod damaged;
+mod disc_and_pads;
 mod drawn;
 mod failures;
 mod files;

@@ -27,6 +27,7 @@ use crate::case::placements;
 use crate::case::preflight;
 use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::contact::points::{interface as of_points, reactions};
+use crate::contact::SlidingPoint;
 use crate::job::{fe_inputs, range, ContactPlaces, Job, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::datasets::sweep::{tables, EigenvalueSearch, Outcome};
@@ -344,6 +345,10 @@ fn with_problem<T>(
     range(point)?;
     // Each point brings its own damping, and its own contact points.
     let interface = match points(contact) {
+        Some(points) if point.is_disc_with_pads() => {
+            let creep = |p: &SlidingPoint| p.direction.map(|d| d * p.velocity.unwrap_or(0.0));
+            model.interface.with_creep(points.iter().map(creep).collect())
+        }
         Some(points) => of_points(&points)?,
         None => model.interface.clone(),
     };

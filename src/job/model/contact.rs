@@ -88,6 +88,9 @@ pub struct Contact {
     /// Name of the body of `bodies.others` that touches the lower one here; none: one like the upper body.
     #[serde(skip)]
     pub body: Option<String>,
+    /// Name of a contact of `contacts`.
+    #[serde(skip)]
+    pub name: Option<String>,
     /// Contact angle δ of a wheel on its rail, rad, positive where the rail falls to the right, once it is known.
     #[serde(skip)]
     pub angle: f64,
@@ -304,6 +307,7 @@ impl Contact {
     pub(crate) fn law_key(&self, number: usize) -> String {
         let here = self.all().nth(number).map(|one| (one.own_friction.is_some(), one.zone()));
         match here {
+            _ if self.name.is_some() => format!("contacts.{number}.friction"),
             Some((true, _)) => format!("contact.around.{}.friction", number - 1),
             Some((_, Some(zone))) => format!("contact.friction_zones.{zone}.friction"),
             _ => "contact.friction".into(),
@@ -333,8 +337,8 @@ impl Contact {
         if self.further.is_empty() {
             return Vec::new();
         }
-        let name = |(number, one): (usize, &Self)| match &one.body {
-            Some(body) => body.clone(),
+        let name = |(number, one): (usize, &Self)| match one.name.as_ref().or(one.body.as_ref()) {
+            Some(name) => name.clone(),
             None if !self.around.is_empty() => format!("body {}", number + 1),
             None => {
                 let wheel = (self.wheels == ContactWheels::Both).then(|| match one.side() {

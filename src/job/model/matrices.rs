@@ -32,7 +32,9 @@ pub struct Matrices {
     /// Nodes that are clamped or lie on springs and dashpots, which the matrices do not have.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub supports: Vec<MatrixSupport>,
-    /// Contacts of the body: one entry for each of `contact.points`, in their order.
+    /// Contacts of the body: one entry for each of `contact.points`, in their order. With the key `contacts` of the job
+    /// they follow from its cells.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contacts: Vec<MatrixContact>,
 }
 

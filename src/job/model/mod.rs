@@ -6,6 +6,7 @@ mod analyses;
 mod body;
 mod contact;
 mod curving;
+mod face_contact;
 mod matrices;
 mod measured;
 mod placement;
@@ -31,6 +32,7 @@ pub use analyses::*;
 pub use body::*;
 pub use contact::*;
 pub use curving::*;
+pub use face_contact::*;
 pub use matrices::*;
 pub use measured::*;
 pub use placement::*;
@@ -61,6 +63,9 @@ pub struct Job {
     /// The contact between the two bodies.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub contact: Option<Contact>,
+    /// Contacts of a disc that turns with pads that do not, between bodies by their names, in place of `contact`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contacts: Vec<FaceContact>,
     /// The curve that `vehicle` runs through: shifts, yaws, loads and creepages of its wheels follow from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<Curve>,
@@ -88,9 +93,8 @@ pub struct Job {
     pub changed_defaults: Vec<String>,
 }
 
-/// The two bodies by their place.
+/// The bodies: two by their place, or, with `contacts`, bodies by names of their own.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
 pub struct Bodies {
     /// Body 1, below the contact plane (z < 0).
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -102,6 +106,12 @@ pub struct Bodies {
     /// digits, hyphens and underscores. Each body is described like a lower one.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
     pub others: BTreeMap<String, Body>,
+    /// Bodies by names of their own, which `contacts` joins, until they have their places.
+    #[serde(flatten)]
+    pub named: BTreeMap<String, Body>,
+    /// Names of the bodies that have taken the lower and the upper place.
+    #[serde(skip)]
+    pub names: Option<[String; 2]>,
 }
 
 impl Bodies {
@@ -290,6 +300,10 @@ impl Job {
     /// again.
     pub fn to_json(&self) -> Value {
         let mut job = self.clone();
+        if job.is_disc_with_pads() {
+            job.contact = None;
+            job.bodies.by_their_names();
+        }
         if let Some(contact) = job.contact.as_mut().filter(|c| c.from.is_some()) {
             contact.remove_derived();
         }

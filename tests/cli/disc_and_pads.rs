@@ -1,0 +1,240 @@
+//! A disc that turns between pads that do not: `jobs/disc-and-pads.json`.
+
+use super::program::*;
+use num_complex::Complex64;
+use serde_json::{json, Value};
+use std::path::Path;
+
+/// The brake with the files of its pads, whose masses and stiffnesses are `factor` times those of the job.
+fn brake(factor: f64, change: impl FnOnce(&mut Value)) -> Folder {
+    let mut job = job("disc-and-pads.json");
+    job["analyses"].as_object_mut().expect("analyses").remove("sweep");
+    change(&mut job);
+    let folder = Folder::with(job.to_string());
+    std::fs::create_dir(folder.path("disc-brake")).unwrap();
+    let data = Path::new(env!("CARGO_MANIFEST_DIR")).join("jobs/disc-brake");
+    for name in ["pads.sti", "pads.mas", "pads.dof"] {
+        let text = std::fs::read_to_string(data.join(name)).unwrap();
+        let scaled = |line: &str| {
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let value: f64 = words[2].parse().unwrap();
+            format!("{} {} {:e}\n", words[0], words[1], factor * value)
+        };
+        let text = if name == "pads.dof" { text } else { text.lines().map(scaled).collect() };
+        std::fs::write(folder.path(&format!("disc-brake/{name}")), text).unwrap();
+    }
+    folder
+}
+
+fn read<T: hdf5::H5Type>(folder: &Folder, name: &str) -> Vec<T> {
+    let file = hdf5::File::open(folder.path("job.h5")).expect("result file");
+    file.dataset(name).and_then(|d| d.read_raw()).unwrap_or_else(|e| panic!("{name}: {e}"))
+}
+
+fn eigenvalues(folder: &Folder, ranks: usize) -> Vec<Complex64> {
+    folder.call(ranks, "run", &["--force"]).good();
+    read(folder, "stability/eigenvalue")
+}
+
+/// Largest distance of one of `some` to the nearest of `others`, over its size.
+fn farthest(some: &[Complex64], others: &[Complex64]) -> f64 {
+    let nearest = |a: &Complex64| others.iter().map(|b| (a - b).norm()).fold(f64::INFINITY, f64::min) / a.norm();
+    some.iter().map(nearest).fold(0.0, f64::max)
+}
+
+/// Each pad with its own force and friction.
+fn pads(job: &mut Value, [outer, inner]: [(f64, f64); 2]) {
+    for (i, (load, friction)) in [outer, inner].into_iter().enumerate() {
+        job["contacts"][i]["normal_load"] = json!(load);
+        job["contacts"][i]["friction"] = json!(friction);
+    }
+}
+
+/// The brake squeals; friction acts on the disc against its rotation, each pad bears its own force, and pads that are
+/// mirror images press alike. Two ranks find what one does, and contacts have their names.
+#[test]
+fn each_pad_bears_its_force_and_two_ranks_find_the_same() {
+    let folder = brake(1.0, |_| {});
+    let ran = folder.call(1, "run", &[]);
+    let said = ["bodies: disc is the lower one and turns", "contact outer pad: 4 cells", "8 closed contacts"];
+    said.iter().for_each(|part| assert!(ran.good().out.contains(part), "{}", ran.out));
+    let one: Vec<Complex64> = read(&folder, "stability/eigenvalue");
+    assert!(one[0].re > 50.0 && one[0].im > 2e4, "{}", one[0]);
+    let force: Vec<f64> = read(&folder, "stability/force");
+    let wanted = [-1000.0, 0.0, -2000.0, -1000.0, 0.0, -2000.0];
+    assert!(force.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6), "{force:?}");
+    let pressure: Vec<f64> = read(&folder, "stability/pressure");
+    assert!((0..4).all(|i| (pressure[i] / pressure[i + 4] - 1.0).abs() < 1e-9), "{pressure:?}");
+    let two = eigenvalues(&folder, 2);
+    assert!(one.len() == two.len() && farthest(&one, &two) < 1e-9, "{:e}", farthest(&one, &two));
+}
+
+/// The brake seen from its other side has its pads exchanged, and turning the other way it is its own mirror image:
+/// the frames of both faces and the sign of what the disc carries.
+#[test]
+fn mirror_images_of_the_brake_have_the_same_eigenvalues() {
+    let (one, other) = ((1500.0, 0.3), (2500.0, 0.5));
+    let found = eigenvalues(&brake(1.0, |job| pads(job, [one, other])), 1);
+    let exchanged = eigenvalues(&brake(1.0, |job| pads(job, [other, one])), 1);
+    assert!(found.len() > 15 && farthest(&found, &exchanged) < 1e-9, "{:e}", farthest(&found, &exchanged));
+    let back = brake(1.0, |job| {
+        pads(job, [one, other]);
+        job["bodies"]["disc"]["rotation"] = json!(-50);
+    });
+    let back = eigenvalues(&back, 1);
+    assert!(farthest(&found, &back) < 1e-9, "{:e}", farthest(&found, &back));
+    let slow = brake(1.0, |job| {
+        pads(job, [one, other]);
+        job["bodies"]["disc"]["rotation"] = json!(25);
+    });
+    assert!(farthest(&found, &eigenvalues(&slow, 1)) > 1e-5);
+}
+
+/// Pads without mass and stiffness leave the disc its waves, with friction and without: those of the disc by itself,
+/// split by its rotation, and at rest its modes.
+#[test]
+fn pads_that_weigh_nothing_leave_the_disc_its_waves() {
+    for (friction, rotation, split) in [(0.0, 50.0, true), (0.3, 50.0, true), (0.3, 1e-3, false)] {
+        let folder = brake(1e-7, |job| {
+            job["bodies"]["disc"]["rotation"] = json!(rotation);
+            let support = &mut job["bodies"]["pads"]["matrices"]["supports"][0];
+            (support["stiffness"], support["damping"]) = (json!([1.6, 1.6, 3.0]), json!([0, 0, 0]));
+            pads(job, [(1e-4, friction); 2]);
+        });
+        let found: Vec<f64> = eigenvalues(&folder, 1).iter().map(|v| v.im / std::f64::consts::TAU).collect();
+        let [waves, modes] =
+            ["wave_frequency", "frequency"].map(|name| read::<f64>(&folder, &format!("modes/lower/{name}")));
+        let off = |wanted: &[f64]| {
+            let nearest = |w: &f64| found.iter().map(|f| (f / w - 1.0).abs()).fold(f64::INFINITY, f64::min);
+            wanted[..10].iter().map(nearest).fold(0.0, f64::max)
+        };
+        assert!(off(&waves) < 1e-6, "friction {friction} at {rotation} rad/s: {:e}", off(&waves));
+        assert!((off(&modes) > 1e-3) == split, "at {rotation} rad/s: {:e}", off(&modes));
+    }
+}
+
+/// A disc by its drawing, whose faces are physical curves, is the one by its dimensions but for the meshes.
+#[test]
+fn a_drawn_disc_is_that_of_its_dimensions() {
+    let built = eigenvalues(&brake(1.0, |_| {}), 1);
+    let folder = brake(1.0, |job| {
+        let file = json!({ "file": { "path": "disc.msh", "radius": 0.13 } });
+        job["bodies"]["disc"]["mesh"]["revolved"]["section"] = file;
+    });
+    let (along, across) = (20, 4);
+    let node = |i: usize, j: usize| 1 + i + (along + 1) * j;
+    let mut text = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n5\n".to_owned();
+    for (k, name) in ["inner", "running", "side_minus", "side_plus"].into_iter().enumerate() {
+        text += &format!("1 {} \"{name}\"\n", k + 1);
+    }
+    text += &format!("2 5 \"disc\"\n$EndPhysicalNames\n$Nodes\n{}\n", node(along, across));
+    let mut cells = Vec::new();
+    for j in 0..=across {
+        for i in 0..=along {
+            let [y, r] = [-0.006 + 0.012 * j as f64 / across as f64, 0.07 + 0.06 * i as f64 / along as f64];
+            text += &format!("{} {y} {r} 0\n", node(i, j));
+            if i < along && j < across {
+                let corners = [node(i, j), node(i, j + 1), node(i + 1, j + 1), node(i + 1, j)].map(|n| n.to_string());
+                cells.push(format!("3 2 5 5 {}", corners.join(" ")));
+            }
+        }
+    }
+    let mut line = |k: usize, a: usize, b: usize| cells.push(format!("1 2 {k} {k} {a} {b}"));
+    (0..across).for_each(|j| [(1, 0), (2, along)].iter().for_each(|&(k, i)| line(k, node(i, j), node(i, j + 1))));
+    (0..along).for_each(|i| [(3, 0), (4, across)].iter().for_each(|&(k, j)| line(k, node(i, j), node(i + 1, j))));
+    text += &format!("$EndNodes\n$Elements\n{}\n", cells.len());
+    cells.iter().enumerate().for_each(|(k, cell)| text += &format!("{} {cell}\n", k + 1));
+    std::fs::write(folder.path("disc.msh"), text + "$EndElements\n").unwrap();
+    let drawn = eigenvalues(&folder, 1);
+    let found = farthest(&built[..10], &drawn);
+    assert!(built.len() == drawn.len() && found < 4e-3, "{found:e}");
+    assert!((drawn[0].re / built[0].re - 1.0).abs() < 0.03, "{} {}", drawn[0], built[0]);
+}
+
+/// Sensitivities are the slopes of a sweep, whose points have their own speed and friction.
+#[test]
+fn points_of_a_sweep_are_jobs_of_their_own() {
+    let step = 1e-4;
+    let folder = brake(1.0, |job| {
+        let values = json!([0.5 * (1.0 - step), 0.5 * (1.0 + step)]);
+        let keys = json!({ "contacts.0.friction": values, "contacts.1.friction": values });
+        job["analyses"]["sweep"] = json!({ "keys": keys, "combine": "zip" });
+    });
+    let first = eigenvalues(&folder, 1)[0];
+    let slope: Complex64 = read(&folder, "stability/sensitivity/friction")[0];
+    let growth: Vec<f64> = read(&folder, "sweep/growth_rate");
+    let by = (growth[1] - growth[0]) / (2.0 * step);
+    assert!((by / slope.re - 1.0).abs() < 1e-5, "{by} {slope}");
+    assert!((0.5 * (growth[0] + growth[1]) / first.re - 1.0).abs() < 1e-6, "{growth:?} {first}");
+    let folder = brake(1.0, |job| {
+        job["analyses"]["sweep"] = json!({ "keys": { "bodies.disc.rotation": [20, 50] } });
+    });
+    let own = eigenvalues(&folder, 1)[0];
+    let growth: Vec<f64> = read(&folder, "sweep/growth_rate");
+    let slow = eigenvalues(&brake(1.0, |job| job["bodies"]["disc"]["rotation"] = json!(20)), 1)[0];
+    assert!([(growth[0], slow), (growth[1], own)].iter().all(|(a, b)| (a / b.re - 1.0).abs() < 1e-8), "{growth:?}");
+}
+
+/// Refusals name the key, and say what to do, of all that is not computed of a disc between pads.
+#[test]
+fn what_a_disc_between_pads_has_not_is_refused() {
+    type Change = fn(&mut Value);
+    let table: [(Change, &[&str]); 20] = [
+        (|job| job["analyses"]["steady"] = json!({}), &["analyses.steady", "modes, stability and sweep"]),
+        (|job| job["analyses"]["receptance"] = json!({ "frequency": [100] }), &["analyses.receptance", "leave it out"]),
+        (
+            |job| job["analyses"]["transient"] = json!({ "duration": 1e-3, "step": 1e-6 }),
+            &["analyses.transient", "leave it out"],
+        ),
+        (
+            |job| job["analyses"]["stability"]["full"] = json!({ "max_frequency": 5000 }),
+            &["analyses.stability.full", "leave it out"],
+        ),
+        (|job| job["analyses"]["stability"]["state"] = json!("steady"), &["analyses.stability.state", "sliding"]),
+        (|job| job["analyses"]["stability"]["contact"] = json!("point"), &["analyses.stability.contact"]),
+        (
+            |job| job["analyses"]["sweep"] = json!({ "keys": { "contacts.0.friction": [0.1] }, "cycles": {} }),
+            &["analyses.sweep.cycles", "leave it out"],
+        ),
+        (|job| job["bodies"]["disc"]["rotation"] = json!("rolling"), &["bodies.disc.rotation", "rad/s"]),
+        (|job| job["bodies"]["disc"]["fixed"] = json!([]), &["bodies.disc.fixed", "clamp its bore"]),
+        (
+            |job| job["bodies"]["disc"]["mesh"]["revolved"]["section"] = json!("W920S"),
+            &["bodies.disc.mesh.revolved.section", "\"cylinder\" or a \"file\""],
+        ),
+        (
+            |job| {
+                let contact = json!([{ "node": 1, "normal": "z", "tangential": ["x", "y"] }]);
+                job["bodies"]["pads"]["matrices"]["contacts"] = contact;
+            },
+            &["bodies.pads.matrices.contacts", "leave them out"],
+        ),
+        (|job| job["bodies"]["caliper"] = job["bodies"]["pads"].clone(), &["bodies.caliper", "no contact names it"]),
+        (|job| job["contact"] = json!({ "friction": 0.3 }), &["contact: given beside contacts"]),
+        (
+            |job| (0..2).for_each(|i| job["contacts"][i]["between"] = json!(["pads", "disc"])),
+            &["contacts.0.between", "expected the disc first"],
+        ),
+        (|job| job["contacts"][1]["name"] = json!("outer pad"), &["contacts.1.name", "given twice"]),
+        (|job| job["contacts"][0]["face"] = json!("outer"), &["contacts.0.face", "a flat face across the axle"]),
+        (
+            |job| job["contacts"][0]["cells"][2]["radius"] = json!(0.125),
+            &["contacts.0.cells.2", "expected a cell within it"],
+        ),
+        (
+            |job| job["contacts"][0]["cells"][2]["radius"] = json!(0.095),
+            &["contacts.0.cells.2", "overlaps an earlier cell"],
+        ),
+        (|job| job["contacts"][0]["cells"][2]["node"] = json!(1), &["contacts.0.cells.2.node", "found 1 twice"]),
+        (|job| drop(job.as_object_mut().unwrap().remove("contacts")), &["bodies.disc: unknown key", "contacts"]),
+    ];
+    for (change, parts) in table {
+        brake(1.0, change).refused(1, &[], 2, parts);
+    }
+    let folder = brake(1.0, |_| {});
+    folder.call(1, "run", &[]).good();
+    let model = folder.text("job.h5");
+    folder
+        .call(1, "run", &["--force", "--reuse", &model, "--output", &folder.text("again.h5")])
+        .failed(2, &["--reuse"]);
+}
