@@ -12,7 +12,7 @@
 //!
 //! λ q = v,   λ v = −c v − (Ω² − G_q) q + G_f f,   λ A f = −(C + V X_f) f − V X_q q − A_q v,
 //!
-//! Where the lower body turns under an upper one that does not, V ∂x w is Ω(D′ u + e × v) of their modes
+//! If the lower body turns under an upper one that does not, V ∂x w is Ω(D′ u + e × v) of their modes
 //! ([`CoupledModel::carried`]).
 //!
 //! G: the modal forces, A, A_q: Bᵀw, and X: Bᵀ∂x w, as functions of q and f. Time is scaled by a mean frequency and f
