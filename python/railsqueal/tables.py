@@ -331,13 +331,18 @@ class Receptances(Table):
     bodies: dict[str, Complexes]  # name: [f, 3, 3], m/N
 
     @classmethod
-    def from_result(cls, result: Result) -> Self:
-        """The receptances of a result, by rising frequency."""
+    def from_result(cls, result: Result, group: str = "receptance") -> Self:
+        """The receptances of a contact of a result, one of `groups(result)`, by rising frequency."""
         cls.expect(result)
-        frequency = result.array("receptance/frequency")
+        frequency = result.array(f"{group}/frequency")
         order = np.argsort(frequency, kind="stable")
-        names = [n for n in BODIES.values() if f"receptance/{n}" in result]
-        return cls(frequency[order], {n: result.complexes(f"receptance/{n}")[order] for n in names})
+        names = [n for n in BODIES.values() if f"{group}/{n}" in result]
+        return cls(frequency[order], {n: result.complexes(f"{group}/{n}")[order] for n in names})
+
+    @staticmethod
+    def groups(result: Result) -> list[str]:
+        """Groups of the contacts: `receptance`, then `receptance_2` and so on where a job has several."""
+        return numbered(result, "receptance")
 
 
 def numbers_or_words(values: NDArray[Any]) -> NDArray[Any]:

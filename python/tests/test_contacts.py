@@ -9,9 +9,10 @@ import h5py
 import numpy as np
 import pytest
 from conftest import dataset
-from railsqueal import ContactGrid, Result, compare, figures, report
+from railsqueal import ContactGrid, Result, ResultError, compare, figures, report
+from railsqueal.measured.overlay import Overlay
 from railsqueal.pictures import Canvas, draw
-from railsqueal.tables import contact_name, friction_law
+from railsqueal.tables import Receptances, contact_name, friction_law
 
 
 @pytest.fixture
@@ -110,3 +111,26 @@ def test_a_creep_curve_has_the_forces_of_each_contact(two: Path, tmp_path: Path)
     assert len(rows) == 6
     assert float(rows["contact 2, lateral 0.0"]["force_y_N"]) == 0.0
     assert float(rows["lateral 0.01"]["force_y_N"]) == pytest.approx(-100 * np.tanh(5))
+
+
+def test_each_contact_has_its_receptances(two: Path, tmp_path: Path) -> None:
+    frequency = np.array([0.0, 500.0])
+    with h5py.File(two, "a") as file:
+        for group, factor in (("receptance", 1.0), ("receptance_2", 3.0)):
+            dataset(file, f"{group}/frequency", frequency, "Hz")
+            for body in ("lower", "upper"):
+                h = factor * np.full((2, 3, 3), 1e-9 - 1e-10j)
+                dataset(file, f"{group}/{body}", h, "m/N")
+    with Result(two) as result:
+        assert Receptances.groups(result) == ["receptance", "receptance_2"]
+        ratio = (
+            Receptances.from_result(result, "receptance_2").bodies["upper"]
+            / Receptances.from_result(result).bodies["upper"]
+        )
+        made = draw(result, Canvas(tmp_path / "out", result.stem, resolution=30))
+        _, *tables = report.write(result, tmp_path / "out")
+        with pytest.raises(ResultError, match="expected one"):
+            Overlay.expect_one_contact(result)
+    assert np.allclose(ratio, 3.0)
+    assert {p.stem for p in made} >= {"two-receptance", "two-receptance-2"}
+    assert {p.stem for p in tables} >= {"two-receptance", "two-receptance-2"}

@@ -12,7 +12,7 @@ use crate::output::{companion, write_modes, BodyPart, SequenceFile, Table};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::summary::Summary;
-use crate::{Error, Result};
+use crate::Result;
 use faer::Mat;
 use std::path::Path;
 
@@ -28,7 +28,7 @@ pub fn compute_all(job: &Job, bodies: &mut BuiltBodies, progress: &mut Progress)
         progress.stage(format!("modes, body {}", body.name()));
         let mut modes = body.modes(extent, &mut |done, of| progress.converged("modes", done, of))?;
         // Coordinates of the result file in place of those of the lower form.
-        let mirrored = body.kind() == Kind::Elements && Side::named(body.name()) == Some(Side::Upper);
+        let mirrored = body.kind() == Kind::Elements && body.name() == Side::Upper.name();
         measure(job, body.name(), &mut modes, &mut |points| of_places(body.as_ref(), points, mirrored))?;
         all.push(modes);
     }
@@ -146,7 +146,7 @@ pub fn broadcast(world: &World, modes: Option<Vec<TraceModes>>) -> Vec<TraceMode
 /// Nodal diameters of the modes of a body that rotates, and its waves.
 fn rotating(run: &mut Run, place: &str, modes: &TraceModes, rotation: &ModalRotation) -> Result<()> {
     let speed = run.job.angular_velocity(place);
-    let side = Side::named(place).ok_or_else(|| Error::Defect(format!("a body in the place {place}")))?;
+    let side = Side::named(place)?;
     let speeds = speeds(run.job, side, &modes.names, modes.omega.len());
     let list = |name: &str, units: &str, text: &str, values: Vec<f64>| {
         Table::list(&format!("/modes/{place}/{name}"), units, text, values)

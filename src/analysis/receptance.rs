@@ -1,4 +1,4 @@
-//! The analysis `receptance`: displacement of each body at the contact point per unit force there, over frequency.
+//! The analysis `receptance`: displacement of each body at each contact per unit force at each, over frequency.
 
 use super::reduction::Reduction;
 use super::run::Run;
@@ -6,7 +6,7 @@ use crate::case::interface::{given_forces, steady_rolling, steady_sliding};
 use crate::contact::full_sliding::SlidingProblem;
 use crate::contact::SteadyProblem;
 use crate::friction::FrictionLaw;
-use crate::grid::Interface;
+use crate::grid::{ContactPatch, Interface};
 use crate::job::{self, Spread};
 use crate::model::{receptance, ReducedModel};
 use crate::output::datasets::receptance::tables;
@@ -26,8 +26,20 @@ pub fn run(run: &mut Run, wanted: &job::Receptance, contact: &job::Contact, mode
                  ask for more modes in analyses.modes or for lower frequencies"
             )));
         }
-        let share = shares(wanted.spread, contact, model)?;
-        let of = |place: usize| receptance(&model.bodies[model.place[place]], &share, &frequency);
+        let force = forces(wanted.spread, contact, model)?;
+        let patches = &model.interface.patches;
+        let share = patches.iter().zip(contact.all()).map(|(p, one)| share(&force, p, one));
+        let share: Vec<Vec<f64>> = share.collect::<Result<_>>()?;
+        let places: Vec<Vec<f64>> = patches
+            .iter()
+            .zip(&share)
+            .map(|(p, share)| {
+                let mut all = vec![0.0; model.interface.len()];
+                all[p.nodes()].copy_from_slice(share);
+                all
+            })
+            .collect();
+        let of = |place: usize| receptance(&model.bodies[model.place[place]], &places, &frequency);
         Ok((tables(&frequency, &share, &[of(0), of(1)]), frequency))
     })?;
     if let Some((tables, frequency)) = found {
@@ -38,10 +50,10 @@ pub fn run(run: &mut Run, wanted: &job::Receptance, contact: &job::Contact, mode
     Ok(())
 }
 
-/// Share of each contact node in a unit force, `[n]`.
-fn shares(spread: Spread, contact: &job::Contact, model: &ReducedModel) -> Result<Vec<f64>> {
+/// Forces on the contact nodes by which a unit force is spread, before they are scaled, `[n]`.
+fn forces(spread: Spread, contact: &job::Contact, model: &ReducedModel) -> Result<Vec<f64>> {
     let s: &Interface = &model.interface;
-    let force: Vec<f64> = match spread {
+    Ok(match spread {
         Spread::Uniform => s.weight.clone(),
         Spread::Pressure if s.are_points() => match given_forces(contact) {
             Some(points) => points.iter().map(|p| p.force).collect(),
@@ -59,14 +71,19 @@ fn shares(spread: Spread, contact: &job::Contact, model: &ReducedModel) -> Resul
             };
             problem.solve()?.pressure.iter().zip(&s.weight).map(|(p, w)| p * w).collect()
         }
-    };
+    })
+}
+
+/// Share of each node of a contact in a unit force there, `[nodes of the patch]`.
+fn share(force: &[f64], patch: &ContactPatch, contact: &job::Contact) -> Result<Vec<f64>> {
+    let force = &force[patch.nodes()];
     let sum: f64 = force.iter().sum();
     if sum > 0.0 {
         return Ok(force.iter().map(|f| f / sum).collect());
     }
-    Err(Error::Job(
-        "analyses.receptance.spread: the contact is open, so there is no pressure to spread a force by; \
-         raise the load, or use \"uniform\""
-            .into(),
-    ))
+    let which = contact.name.as_ref().or(contact.body.as_ref()).map_or(String::new(), |name| format!(" {name:?}"));
+    Err(Error::Job(format!(
+        "analyses.receptance.spread: the contact{which} is open, so there is no pressure to spread a force by; raise the \
+         load, or use \"uniform\""
+    )))
 }

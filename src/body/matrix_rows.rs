@@ -334,7 +334,8 @@ fn without(a: &Csr, held: &BTreeSet<usize>) -> Csr {
 /// The contact rows before supports take rows out.
 fn contact_rows(name: &str, given: &job::Matrices, rows: &Rows) -> Result<Vec<[ContactRow; 3]>> {
     let one = |(i, contact): (usize, &job::MatrixContact)| {
-        let key = format!("bodies.{name}.matrices.contacts.{i}");
+        let own = || format!("bodies.{name}.matrices.contacts.{i}");
+        let key = contact.made_of.clone().unwrap_or_else(own);
         let row = |direction: Option<&MatrixDirection>, what: &str| match direction {
             Some(direction) => contact_row(rows, contact, &key, (*direction, what)),
             None => Ok(ContactRow::new()),

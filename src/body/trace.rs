@@ -19,9 +19,10 @@ impl Side {
     /// Both, body 1 first.
     pub const BOTH: [Side; 2] = [Side::Lower, Side::Upper];
 
-    /// The side that a job calls `name`.
-    pub fn named(name: &str) -> Option<Self> {
-        Self::BOTH.into_iter().find(|s| s.name() == name)
+    /// The side that a job calls `name`; other names are a defect.
+    pub fn named(name: &str) -> Result<Self> {
+        let found = Self::BOTH.into_iter().find(|s| s.name() == name);
+        found.ok_or_else(|| Error::Defect(format!("no side is called {name}")))
     }
 
     /// "lower" or "upper", as in the job and the results.
@@ -244,7 +245,7 @@ mod tests {
     fn traction_turns_round_on_the_upper_side_and_pressure_does_not() {
         assert_eq!(Side::Lower.orient(&[1.0, 2.0, 3.0, 4.0]), [1.0, 2.0, 3.0, 4.0]);
         assert_eq!(Side::Upper.orient(&[1.0, 2.0, 3.0, 4.0]), [-1.0, -2.0, 3.0, -4.0]);
-        assert_eq!(Side::named("upper"), Some(Side::Upper));
-        assert_eq!(Side::named("left"), None);
+        assert_eq!(Side::named("upper").unwrap(), Side::Upper);
+        assert!(Side::named("left").is_err());
     }
 }

@@ -148,7 +148,7 @@ impl<'p> BuiltBodies<'p> {
             })?;
             places.push(Place {
                 name,
-                side: Side::named(name).unwrap_or(Side::Lower),
+                side: Side::named(name)?,
                 body: if same { 0 } else { i },
                 grids: grid.into_iter().collect(),
                 laid: laid.unwrap_or_default(),

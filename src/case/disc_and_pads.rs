@@ -100,12 +100,12 @@ pub(crate) fn interface(job: &Job) -> Result<Interface> {
 /// The contacts of the pads by the cells of a job.
 fn pad_contacts(job: &Job) -> Result<Vec<MatrixContact>> {
     let mut all = Vec::new();
-    for (contact, face) in job.contacts.iter().zip(faces(job)?) {
+    for ((i, contact), face) in job.contacts.iter().enumerate().zip(faces(job)?) {
         let (normal, outwards) = match face.looks_to_plus() {
             true => (MatrixAxis::Z, -1.0),
             false => (MatrixAxis::MinusZ, 1.0),
         };
-        all.extend(contact.cells.iter().map(|cell| {
+        all.extend(contact.cells.iter().enumerate().map(|(k, cell)| {
             let (s, c) = cell.angle.sin_cos();
             let [along, across] = [[-s, c, 0.0], [outwards * c, outwards * s, 0.0]];
             MatrixContact {
@@ -113,6 +113,7 @@ fn pad_contacts(job: &Job) -> Result<Vec<MatrixContact>> {
                 against: None,
                 normal: MatrixDirection::Axis(normal),
                 tangential: [along, across].map(MatrixDirection::Vector).to_vec(),
+                made_of: Some(format!("contacts.{i}.cells.{k}")),
             }
         }));
     }

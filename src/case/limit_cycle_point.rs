@@ -6,10 +6,11 @@ use crate::grid::Interface;
 use crate::job::{Branch, Cycles, Job, StabilityState, StartState};
 use crate::model::CoupledModel;
 use crate::output::datasets::checkpoint;
+use crate::output::datasets::cycle_motions::MotionModes;
 use crate::output::datasets::cycles::Cycle;
 use crate::stability::grows;
 use crate::stability::nonlinear_eigen::SpectrumMemory;
-use crate::transient::cycle::{follow, AmplitudeRecord, CycleOutcome, CycleSettings};
+use crate::transient::cycle::{follow, AmplitudeRecord, CycleMotion, CycleOutcome, CycleSettings};
 use crate::transient::{State, Stepper};
 use crate::{Error, Result};
 use faer::Mat;
@@ -18,16 +19,6 @@ use std::path::PathBuf;
 
 /// Fraction of the initial velocity in the mode below which the motion counts as decayed.
 const FLOOR: f64 = 1e-2;
-
-/// End of the motion of a point: the start of the next one.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct CycleMotion {
-    /// Deviations from rest.
-    pub(crate) q: Vec<f64>,
-    pub(crate) v: Vec<f64>,
-    /// s.
-    pub(crate) period: f64,
-}
 
 /// A point as it is to be followed.
 pub(crate) struct LimitCyclePoint<'a> {
@@ -158,6 +149,28 @@ pub(crate) fn watch((interface, pair): (&Interface, &CoupledModel), rest: &State
     };
     let closed = nodes.clone().filter(|&i| weight(i) > 0.0);
     let node = closed.min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(nodes.start);
+    at_node(pair, node)
+}
+
+/// The modes that motions consist of, with their displacements at the middle of the grid of the first contact.
+pub(crate) fn motion_modes((interface, pair): (&Interface, &CoupledModel)) -> MotionModes {
+    let nodes = interface.patches[0].nodes();
+    let middle = [0, 1].map(|c| {
+        let at = || nodes.clone().map(|i| interface.point(i)[c]);
+        0.5 * (at().fold(f64::INFINITY, f64::min) + at().fold(f64::NEG_INFINITY, f64::max))
+    });
+    let far = |i: &usize| {
+        let [x, y] = interface.point(*i);
+        (x - middle[0]).hypot(y - middle[1])
+    };
+    let node = nodes.clone().min_by(|a, b| far(a).total_cmp(&far(b))).unwrap_or(nodes.start);
+    let rows = at_node(pair, node);
+    let at_contact = (0..6).flat_map(|row| rows.row(row).iter().copied().collect::<Vec<f64>>()).collect();
+    MotionModes { omega: pair.omega.clone(), at_contact }
+}
+
+/// Motions of the lower and the upper body along x, y and n at a contact node over the modal ones, `[6, m]`.
+fn at_node(pair: &CoupledModel, node: usize) -> Mat<f64> {
     Mat::from_fn(6, pair.omega.len(), |row, k| {
         let lower = k < pair.lower_modes;
         if (row < 3) == lower {

@@ -24,7 +24,7 @@ pub fn surfaces(job: &Job, meshes: &Meshes) -> Result<Surfaces> {
         if !matches!(body.mesh, Some(MeshSource::Cylinder(_) | MeshSource::File(_))) {
             continue;
         }
-        let side = Side::named(name).unwrap_or(Side::Lower);
+        let side = Side::named(name)?;
         let mut mesh = meshes.as_it_lies(job, name, body)?;
         let mut tilt = job.placement().is_none().then_some(0.0);
         let seat = placed.as_ref().and_then(|p| p.seat(name).ok()).zip(job.placement());

@@ -368,7 +368,7 @@ pub fn build<'p>(
             false => Vec::new(),
         };
         let material = material_of(body)?;
-        let side = Side::named(name).unwrap_or(Side::Lower);
+        let side = Side::named(name)?;
         if same && i == 1 {
             summary.line(format!("body {name}: the mirror image of the lower one, computed once"));
         } else if rail::extruded(body).is_some() {

@@ -8,24 +8,27 @@ use crate::body::Side;
 use crate::contact::half_space_estimate::PatchEstimate;
 use crate::contact::{ContactCreepage, SPIN_SPACINGS};
 use crate::grid::{ContactGrid, Interface, Transfer};
-use crate::job::{self, ContactPlaces, ContactWheels, Job, Load, MeshSource, Profile};
+use crate::job::{self, ContactPlaces, ContactWheels, Job, Load, MeshSource};
 use crate::output::datasets;
 use crate::output::Table;
-use crate::placement::read::{read, ProfileKind, Reading, Vertical};
+use crate::placement::read::ProfileKind;
 use crate::placement::{
-    self, builtin, finer_grid_lines, fitted_grid_lines, rough_grid_lines, Creepages, Ellipse, Frame, Gap, HertzLoad,
-    Position, RollingMotion, Seat, WheelPlacement,
+    self, finer_grid_lines, fitted_grid_lines, rough_grid_lines, Creepages, Ellipse, Frame, Gap, HertzLoad,
+    RollingMotion, Seat,
 };
 use crate::{Error, Result};
 
 mod contact_sites;
 mod friction_zones;
 mod motions;
+mod profiles;
 
 pub(crate) use contact_sites::build;
 pub(super) use contact_sites::on_rail;
 pub(crate) use motions::filled;
 pub(super) use motions::{motions, with_motions};
+use profiles::unsmoothed;
+pub(super) use profiles::{description, material, noise, profile};
 
 /// By how much a grid grows whose border the contact may reach, and how often at the most.
 const GROWTH: f64 = 1.3;
@@ -201,7 +204,7 @@ impl PlacedContact {
     /// Position of the contact on the body `name`.
     pub(crate) fn seat(&self, name: &str) -> Result<Seat> {
         let seats = self.placed.seats(&self.frame).map_err(|e| e.context("contact.placement"))?;
-        Ok(seats[Side::named(name).unwrap_or(Side::Lower).index()])
+        Ok(seats[Side::named(name)?.index()])
     }
 
     /// Place of this contact along the path of the body on a side, from that of the `first` contact of the wheel.
@@ -228,7 +231,7 @@ impl PlacedContact {
         };
         let seat = self.seat(name)?;
         let meshed = meshes.mesh(job, name, body)?;
-        let along = self.along(first, Side::named(name).unwrap_or(Side::Lower), placement.radius);
+        let along = self.along(first, Side::named(name)?, placement.radius);
         let at = (seat, placement.side, along);
         let how = (contact.compliance, !contact.further.is_empty());
         let stands = standing(&meshed.mesh, at, self.grid_lines(), how, placement.radius);
@@ -396,101 +399,6 @@ fn closed_range(gap: &Gap, modulus: f64, ellipse: &Ellipse) -> Result<[[f64; 2];
     // To the first open lines.
     let more = [&gap.x, &gap.y].map(|lines| 0.5 * (lines[1] - lines[0]));
     Ok([0, 1].map(|c| [range[c][0] - more[c], range[c][1] + more[c]]))
-}
-
-/// Advice where measured profiles that are not smoothed do not touch as profiles do.
-fn unsmoothed(job: &Job) -> Option<String> {
-    let bodies = job.bodies();
-    let raw = bodies.iter().find_map(|(name, body)| match &body.profile {
-        Some(Profile::File(file)) if file.smoothing == 0.0 => Some((name, file)),
-        _ => None,
-    });
-    raw.map(|(name, file)| {
-        format!(
-            "{} is taken without smoothing: noise of a measurement makes curvatures of its own. Give \
-             bodies.{name}.profile.file.smoothing, 0.003 to 0.01 m, if it was measured",
-            file.path.display()
-        )
-    })
-}
-
-/// Smoothing that shows whether noise rules the contact of profiles that are not smoothed, m; and the part by which
-/// Hertz' pressure may differ with it.
-const SMOOTHED: f64 = 0.005;
-const NOISY: f64 = 0.25;
-
-/// Warning of measured profiles that are not smoothed, where the contact depends on it.
-pub(super) fn noise(job: &Job, placed: &PlacedContact) -> Option<String> {
-    let hint = unsmoothed(job)?;
-    let mut job = job.clone();
-    for body in [&mut job.bodies.lower, &mut job.bodies.upper].into_iter().flatten() {
-        match &mut body.profile {
-            Some(Profile::File(file)) if file.smoothing == 0.0 => file.smoothing = SMOOTHED,
-            _ => {}
-        }
-    }
-    let smoothed = PlacedContact::resolve(&job, job.contact.as_ref()?).ok()?.ellipse.pressure;
-    let pressure = placed.ellipse.pressure;
-    ((pressure / smoothed).ln().abs() > NOISY).then(|| {
-        format!(
-            "{hint}. Hertz' pressure is {:.0} MPa as it is, and {:.0} MPa with {SMOOTHED} m",
-            1e-6 * pressure,
-            1e-6 * smoothed
-        )
-    })
-}
-
-/// Young's modulus, Pa, and Poisson's ratio of a body.
-pub(super) fn material(body: &job::Body) -> Result<(f64, f64)> {
-    let m = body.elastic()?;
-    Ok((m.young, m.poisson))
-}
-
-/// The profile of a body, and what was done to it.
-pub(super) fn profile(
-    body: &job::Body,
-    kind: ProfileKind,
-    notes: &mut Vec<String>,
-) -> Result<placement::RunningProfile> {
-    match &body.profile {
-        Some(Profile::S1002) => builtin::s1002(),
-        Some(Profile::Uic60) => builtin::uic60(),
-        Some(Profile::File(file)) => {
-            let &job::ProfileFile { unit, mirror, circle, smoothing, .. } = file;
-            let z = file.z.map(|z| match z {
-                job::ProfileVertical::Down => Vertical::Down,
-                job::ProfileVertical::Up => Vertical::Up,
-            });
-            let (profile, found) = read(&file.path, &Reading { kind, unit, z, mirror, circle, smoothing })?;
-            notes.extend(found);
-            Ok(profile)
-        }
-        Some(profile) => match profile.rail() {
-            Some(rail) => builtin::rail(rail),
-            None => Err(Error::Defect("a built-in profile that is neither that of a wheel nor of a rail".into())),
-        },
-        None => Err(Error::Defect("a profile is asked for of a body without one".into())),
-    }
-}
-
-pub(super) fn description(given: &job::Placement) -> WheelPlacement {
-    let &job::Placement { radius, gauge, gauge_depth, cant, circles, lateral, yaw, roll, .. } = given;
-    WheelPlacement {
-        side: match given.side {
-            job::TrackSide::Left => placement::RailSide::Left,
-            job::TrackSide::Right => placement::RailSide::Right,
-        },
-        gauge,
-        gauge_depth,
-        cant,
-        radius,
-        circles,
-        near: given.touch_near,
-        position: match given.contact {
-            Some(job::GivenContact { wheel, rail }) => Position::Contact { wheel, rail, yaw },
-            None => Position::Shift { lateral, yaw, roll },
-        },
-    }
 }
 
 /// On rank 0: the tables of the placement of `job` and warnings, after its contacts were found not to reach the end of

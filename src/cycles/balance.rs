@@ -320,6 +320,26 @@ impl<'a, 's> Balance<'a, 's> {
         Ok(MarchResult { lack, coefficients, memory: after, omega, pushes, contacts, contact, drift })
     }
 
+    /// Reactions, N, `[3n]`, and statuses, `[n]`, of all nodes over the period whose forces a
+    /// [`march`](Self::march) takes, at the phases 2πk/N, `[N]`.
+    pub(super) fn nodal_fields(
+        &mut self,
+        z: &[f64],
+        omega: f64,
+        memory: &ContactMemory,
+    ) -> Result<Vec<(Vec<f64>, Vec<u8>)>> {
+        let samples = self.resolution.samples;
+        let (before, _) = self.begin(z, 2.0 * PI / (samples as f64 * omega), memory)?;
+        let mut all = vec![(Vec::new(), Vec::new()); samples];
+        for step in 1..=before + samples {
+            self.stepper.advance()?;
+            if step > before {
+                all[(step - before) % samples] = (self.stepper.state().reaction.clone(), self.stepper.fields().state);
+            }
+        }
+        Ok(all)
+    }
+
     /// Begins a march in steps of `h`, s: the number of steps before the period whose forces are taken, and the sample
     /// that it starts from.
     fn begin(&mut self, z: &[f64], h: f64, memory: &ContactMemory) -> Result<(usize, usize)> {

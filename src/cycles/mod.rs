@@ -22,6 +22,7 @@ mod free;
 mod growing;
 mod hill;
 mod kernel;
+mod nodal_period;
 mod order;
 mod poles;
 mod prescribed;
@@ -38,5 +39,6 @@ pub use contact_jacobian::ContactJacobian;
 #[cfg(test)]
 pub use floquet::Multipliers;
 pub use growing::{cycle_of_mode, GrowingMotion};
+pub use nodal_period::NodalPeriod;
 pub use order::in_order;
 pub use structure::Structure;

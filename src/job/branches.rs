@@ -47,8 +47,8 @@ pub struct Branches {
     /// Computes the Floquet multipliers of each cycle.
     #[serde(default = "default_stability")]
     pub stability: bool,
-    /// One cycle of so many of a branch has its period in the result, as special points have: contact forces and nodes
-    /// that stick, and with `output.fields` the motion of the bodies for ParaView. Default: special points alone,
+    /// One cycle of so many of a branch has its period in the result, as special points have: forces and states of the
+    /// contact nodes, and with `output.fields` the motion of the bodies for ParaView. Default: special points alone,
     /// without motion.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(range(min = 1, max = 10_000))]
@@ -83,7 +83,8 @@ pub struct Starts {
     /// Begins at the thresholds of rest too, with small cycles along the mode that neither grows nor decays there.
     #[serde(default)]
     pub thresholds: bool,
-    /// Cycles of earlier results of `analyses.cycles` along the same key on the same contact grid.
+    /// Cycles of earlier results of `analyses.cycles` or `analyses.sweep.cycles` along the same key on the same contact
+    /// grid.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub results: Vec<EarlierResult>,
 }
@@ -105,7 +106,8 @@ pub enum StartsBy {
 pub struct EarlierResult {
     /// The result file.
     pub file: PathBuf,
-    /// Place of the cycle in the rows of `/cycles`, from 0.
+    /// Place of the cycle in the rows of `/cycles`, from 0. Of a sweep the number of the point, those of further
+    /// branches behind those of the first.
     pub cycle: u32,
 }
 

@@ -1,7 +1,7 @@
 //! The range in which the theory holds, as far as the job alone shows it (`docs/explanation/limits.md`, "Range").
 
 use super::hertz::{contact_size, small_strain};
-use super::{Contact, CreepageKey, Job, Transient};
+use super::{Body, Contact, CreepageKey, Job, Transient};
 use crate::{Error, Result};
 
 /// A quantity that must stay small, and from where on it is warned of and refused.
@@ -20,6 +20,9 @@ const SLOWEST: f64 = 20.0;
 
 /// Warnings of what comes near the ends of the range; an error that names all that is beyond them.
 pub fn range(job: &Job) -> Result<Vec<String>> {
+    if let (false, Some(disc)) = (job.contacts.is_empty(), &job.bodies.lower) {
+        return within(&[turning(job, disc)?]);
+    }
     let Some(contact) = job.contact.as_ref().filter(|_| !job.by_matrices()) else { return Ok(Vec::new()) };
     let mut named = vec![("contact".to_owned(), contact)];
     if !contact.around.is_empty() {
@@ -31,6 +34,11 @@ pub fn range(job: &Job) -> Result<Vec<String>> {
     if let Some(transient) = &job.analyses.transient {
         all.extend(motion(job, contact, transient));
     }
+    within(&all)
+}
+
+/// Warnings of those that come near their limits; an error that names those beyond them.
+fn within(all: &[Small]) -> Result<Vec<String>> {
     let text =
         |s: &Small, verb: &str, limit: f64| format!("{}: {} is {:.2e}, {verb} {limit}", s.found, s.what, s.value);
     let beyond: Vec<String> =
@@ -39,6 +47,26 @@ pub fn range(job: &Job) -> Result<Vec<String>> {
         return Err(Error::Job(format!("beyond the range of the theory: {}", beyond.join("\n  "))));
     }
     Ok(all.iter().filter(|s| s.value > s.warn).map(|s| text(s, "small up to", s.warn)).collect())
+}
+
+/// The velocity of the disc below its pads over that of shear waves.
+fn turning(job: &Job, disc: &Body) -> Result<Small> {
+    let m = disc.elastic()?;
+    let waves = (0.5 * m.young / (1.0 + m.poisson) / m.density).sqrt();
+    let speed = job.angular_velocity_of(disc).abs();
+    let cells = job.contacts.iter().flat_map(|contact| &contact.cells);
+    let radius = cells.map(|cell| cell.radius + cell.half[1]).fold(0.0, f64::max);
+    let name = job.bodies.with_names("bodies.lower.rotation".into());
+    Ok(Small {
+        found: format!(
+            "{name} {speed} rad/s, {:.4e} m/s at r = {radius} m (shear waves {waves:.3e} m/s)",
+            speed * radius
+        ),
+        what: "the speed over that of shear waves",
+        value: speed * radius / waves,
+        warn: 0.1,
+        refuse: 0.3,
+    })
 }
 
 /// Largest magnitude of a history.

@@ -82,7 +82,8 @@ impl ReducedModel {
         let (mut bodies, mut at_rest) = (Vec::new(), Vec::new());
         let (mut own, mut rotation) = ([IntrinsicDamping::default(), IntrinsicDamping::default()], [None, None]);
         // Of several contacts the matrices are large; files keep those of one, and those that a transient goes on with.
-        let keeps = interface.patches.len() == 1 || job.analyses.transient.is_some();
+        let wanted = job.analyses.transient.is_some() || job.analyses.receptance.is_some();
+        let keeps = interface.patches.len() == 1 || wanted;
         for side in Side::BOTH.into_iter().take(if alike { 1 } else { 2 }) {
             let part = parts.get_mut(place[side.index()]).ok_or_else(missing)?;
             let part = if twice && side == Side::Lower { part.clone() } else { part.take() };

@@ -45,6 +45,8 @@ const RULES: &[(&str, &[&str])] = &[
     ("/creep_curve_*/*", &["point", "direction"]),
     ("/receptance/share", &["node"]),
     ("/receptance/*", &["frequency", "direction", "force_direction"]),
+    ("/receptance_*/share", &["node"]),
+    ("/receptance_*/*", &["frequency", "direction", "force_direction"]),
     ("/track_decay/response/*", &["frequency", "position"]),
     ("/track_decay/position", &["position"]),
     ("/track_decay/*", &["frequency"]),

@@ -6,7 +6,7 @@ use super::transient::open;
 use serde_json::{json, Value};
 
 /// Lateral sliding on a coarse mesh.
-fn job(cycles: Value) -> Value {
+pub(super) fn job(cycles: Value) -> Value {
     let mut job = small();
     for (body, offset) in [("lower", 0.03), ("upper", 0.02)] {
         job["bodies"][body]["mesh"]["cylinder"]["contact_offset"] = json!(offset);
@@ -19,7 +19,7 @@ fn job(cycles: Value) -> Value {
     job
 }
 
-fn quick() -> Value {
+pub(super) fn quick() -> Value {
     json!({
         "along": "contact.creepage.lateral", "from": 0.004, "to": 0.02, "most": 4, "harmonics": 4, "samples": 120,
         "starts": { "modes": 1 }, "march": { "duration": 1.0, "settled": 0.01, "amplitude": 1e-5 }

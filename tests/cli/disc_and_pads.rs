@@ -179,7 +179,7 @@ fn points_of_a_sweep_are_jobs_of_their_own() {
 #[test]
 fn what_a_disc_between_pads_has_not_is_refused() {
     type Change = fn(&mut Value);
-    let table: [(Change, &[&str]); 20] = [
+    let table: [(Change, &[&str]); 22] = [
         (|job| job["analyses"]["steady"] = json!({}), &["analyses.steady", "modes, stability and sweep"]),
         (|job| job["analyses"]["receptance"] = json!({ "frequency": [100] }), &["analyses.receptance", "leave it out"]),
         (
@@ -196,6 +196,7 @@ fn what_a_disc_between_pads_has_not_is_refused() {
             |job| job["analyses"]["sweep"] = json!({ "keys": { "contacts.0.friction": [0.1] }, "cycles": {} }),
             &["analyses.sweep.cycles", "leave it out"],
         ),
+        (|job| job["bodies"]["disc"]["rotation"] = json!(2e4), &["bodies.disc.rotation 20000 rad/s", "at most 0.3"]),
         (|job| job["bodies"]["disc"]["rotation"] = json!("rolling"), &["bodies.disc.rotation", "rad/s"]),
         (|job| job["bodies"]["disc"]["fixed"] = json!([]), &["bodies.disc.fixed", "clamp its bore"]),
         (
@@ -226,6 +227,7 @@ fn what_a_disc_between_pads_has_not_is_refused() {
             &["contacts.0.cells.2", "overlaps an earlier cell"],
         ),
         (|job| job["contacts"][0]["cells"][2]["node"] = json!(1), &["contacts.0.cells.2.node", "found 1 twice"]),
+        (|job| job["contacts"][0]["cells"][2]["node"] = json!(99_999), &["contacts.0.cells.2.node", "99999"]),
         (|job| drop(job.as_object_mut().unwrap().remove("contacts")), &["bodies.disc: unknown key", "contacts"]),
     ];
     for (change, parts) in table {

@@ -3,6 +3,7 @@
 mod absorbers;
 mod bad_input;
 mod both_wheels;
+mod branch_starts;
 mod branches;
 mod consistent;
 mod creep_curve;

@@ -204,6 +204,45 @@ fn a_wheel_and_an_idler_on_a_stiff_roller_are_each_by_itself() {
     assert_eq!(points.map(|of_law| of_law.len()), by_law);
 }
 
+/// Each contact has the receptances of its own wheel. Those between the contacts are of the roller alone, and reciprocal
+/// where its particles stand still.
+#[test]
+fn receptances_are_those_of_each_contact() {
+    let mut job = with_idler();
+    job["analyses"]["stability"] = Value::Null;
+    job["analyses"]["receptance"] = json!({ "frequency": [0, 900, 2500] });
+    job["bodies"]["lower"]["rotation"] = json!("none");
+    let folder = Folder::with(job.to_string());
+    folder.call(2, "run", &[]).good();
+    let table = |folder: &Folder, name: &str| read::<Complex64>(folder, "job.h5", name);
+    let size = |h: &[Complex64]| h.iter().map(|v| v.norm()).fold(0.0, f64::max);
+    let between = ["receptance/lower_by_2", "receptance_2/lower_by_1"].map(|name| table(&folder, name));
+    for k in 0..27 {
+        let turned = between[1][9 * (k / 9) + 3 * (k % 3) + k % 9 / 3];
+        assert!((between[0][k] - turned).norm() < 1e-12 * size(&between[0]), "entry {k}: {between:?}");
+    }
+    let lower = table(&folder, "receptance/lower");
+    assert!(size(&between[0]) > 1e-3 * size(&lower) && size(&between[0]) < size(&lower));
+    assert_eq!(size(&table(&folder, "receptance/upper_by_2")), 0.0);
+    let shares = ["receptance/share", "receptance_2/share"].map(|name| read::<f64>(&folder, "job.h5", name));
+    assert!(shares.iter().all(|share| (share.iter().sum::<f64>() - 1.0).abs() < 1e-12));
+    let found = ["receptance/upper", "receptance_2/upper"].map(|name| table(&folder, name));
+    let (wheel, idler) = (job["bodies"]["upper"].clone(), job["bodies"]["others"]["idler"].clone());
+    let (own, load) = (job["contact"]["around"][0].clone(), job["contact"]["around"][0]["normal_load"].clone());
+    assert!(load.as_f64().is_some_and(|load| load > 0.0) && own["patch"].is_null(), "{own}");
+    job["bodies"]["others"] = json!({});
+    job["contact"]["around"] = json!([]);
+    for (body, load, found) in [(wheel, job["contact"]["normal_load"].clone(), &found[0]), (idler, load, &found[1])] {
+        job["bodies"]["upper"] = body;
+        job["contact"]["normal_load"] = load;
+        let alone = Folder::with(job.to_string());
+        alone.call(1, "run", &[]).good();
+        let alone = table(&alone, "receptance/upper");
+        let apart: Vec<Complex64> = alone.iter().zip(found).map(|(a, b)| a - b).collect();
+        assert!(alone.len() == 27 && size(&apart) < 1e-6 * size(&alone), "{apart:?}");
+    }
+}
+
 /// An idler that has no mode up to the highest frequency adds none to those of the wheel.
 #[test]
 fn an_idler_may_be_without_modes() {

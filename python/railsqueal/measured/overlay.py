@@ -150,8 +150,19 @@ class Overlay:
         """Measured receptances of a body."""
         return [curve for curve in self.curves if curve.body == body]
 
+    @staticmethod
+    def expect_one_contact(result: Result) -> None:
+        """`ResultError` for a result with several contacts: the points of a file are not of one of them."""
+        if len(Receptances.groups(result)) > 1:
+            raise ResultError(
+                f"{result.path}: --measured: the result has several contacts, expected one; compare with a result of "
+                "the contact where it was measured alone",
+                USAGE,
+            )
+
     def rows(self, result: Result) -> list[tuple[str, ...]]:
         """A row of words for each: body, directions, dataset, quantity, frequencies, level over the computed one."""
+        self.expect_one_contact(result)
         table = Receptances.from_result(result)
         rows: list[tuple[str, ...]] = []
         for curve in self.curves:

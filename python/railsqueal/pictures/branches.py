@@ -7,7 +7,7 @@ import matplotlib.pyplot as plt
 from matplotlib.lines import Line2D
 
 from ..labels import body_words, quantity
-from ..result import Result
+from ..result import Integers, Result
 from ..tables import Branches
 from .style import BLUE, GREEN, GREY, ORANGE, PURPLE, RED, Canvas, heading, legend
 
@@ -43,13 +43,15 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
     if loudest is not None:
         shown.insert(2, (loudest, "sound power level\n/ dB(A)"))
     figure, panels = plt.subplots(len(shown), 1, sharex=True, figsize=(7.2, 2.4 * len(shown)), layout="constrained")
+    # Without multipliers at all the branch is drawn full, and called cycles.
+    known = bool((branch.unstable >= 0).any())
     for axes, (values, label) in zip(panels, shown):
         for k in range(len(branch.key) - 1):
             if branch.branch[k] != branch.branch[k + 1]:
                 continue
-            broken = max(branch.unstable[k], branch.unstable[k + 1]) > 0
             color = COLORS[int(branch.branch[k]) % len(COLORS)]
-            axes.plot(place[k : k + 2], values[k : k + 2], color=color, linestyle="--" if broken else "-")
+            line = line_style(branch.unstable[k : k + 2], known)
+            axes.plot(place[k : k + 2], values[k : k + 2], color=color, linestyle=line)
         for k, kind in enumerate(branch.special):
             if kind in MARKS:
                 mark, color = MARKS[kind]
@@ -63,9 +65,11 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
             axes.axvline(onset, color=GREY, linestyle=":", linewidth=1)
     panels[-1].set_xlabel(key.axis)
     panels[0].set_title(heading(result) + "branches of limit cycles")
-    handles = [Line2D([], [], color=BLUE, label="stable" if (branch.unstable >= 0).any() else "cycles")]
+    handles = [Line2D([], [], color=BLUE, label="stable" if known else "cycles")]
     if (branch.unstable > 0).any():
         handles.append(Line2D([], [], color=BLUE, linestyle="--", label="unstable"))
+    if known and (branch.unstable < 0).any():
+        handles.append(Line2D([], [], color=BLUE, linestyle="-.", label="stability not known"))
     handles.append(
         Line2D([], [], linestyle="none", marker="o", color=BLUE, markerfacecolor="white", label="begun with")
     )
@@ -76,3 +80,10 @@ def pictures(result: Result, canvas: Canvas) -> list[Path]:
         handles.append(Line2D([], [], color=GREY, linestyle=":", label="stability of rest changes"))
     legend(figure, [], handles, columns=3)
     return canvas.save(figure, "branches")
+
+
+def line_style(unstable: Integers, known: bool) -> str:
+    """Line between two cycles by their numbers of unstable multipliers, -1 where these are not known."""
+    if unstable.max() > 0:
+        return "--"
+    return "-." if known and unstable.min() < 0 else "-"

@@ -139,11 +139,11 @@ def curve_tables(result: Result) -> list[tuple[str, Row, list[Row]]]:
         made.append(("curving", CURVING_HEADS, curving_rows(Curving.from_result(result))))
     if CurvingRadii.present(result):
         made.append(("curving-radii", RADII_HEADS, radii_rows(CurvingRadii.from_result(result))))
-    if Receptances.present(result):
-        receptances = Receptances.from_result(result)
+    for group in Receptances.groups(result):
+        receptances = Receptances.from_result(result, group)
         entries = [f"{body}_{a}{b}" for body in receptances.bodies for a in "xyn" for b in "xyn"]
         heads = ["frequency_Hz", *(f"{entry}_{part}_m/N" for entry in entries for part in ("re", "im"))]
-        made.append(("receptance", heads, receptance_rows(receptances)))
+        made.append((group.replace("_", "-"), heads, receptance_rows(receptances)))
     if TrackDecay.present(result):
         decay = TrackDecay.from_result(result)
         columns = ("band_Hz", *(f"{name}_dB/m" for name in decay.rate))

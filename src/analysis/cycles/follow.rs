@@ -1,13 +1,13 @@
 //! The walk along the branches, spread over the ranks.
 
 use super::search::{Clock, Search};
-use super::spread::spread;
+use super::spread::{spread, Item};
 use super::starts::{BranchOrigin, BranchStart, Candidate, FailedStart};
 use super::stored_branches::StoredBranches;
 use crate::cycles::branch::follow;
 use crate::cycles::corrector::Equations;
-use crate::cycles::{in_order, BranchEnd, BranchPoint, BranchState, ContactMemory, Structure};
-use crate::output::datasets::branches::OneBranch;
+use crate::cycles::{in_order, BranchEnd, BranchPoint, BranchState, ContactMemory, Family, NodalPeriod, Structure};
+use crate::output::datasets::branches::{shown, OneBranch};
 use crate::parallel::World;
 use crate::progress::Progress;
 use crate::{Error, Result};
@@ -86,6 +86,25 @@ impl<'w, 'a> BranchFollower<'w, 'a> {
             }
         }
         Ok((starts, failed))
+    }
+
+    /// Collective: the contact nodes over a period of each of the cycles that are [`shown`], on every rank.
+    pub(super) fn nodal_periods(&self, world: &World, branches: &[OneBranch]) -> Result<Vec<NodalPeriod>> {
+        let cycles = shown(branches, self.search.wanted.every);
+        let firsts = branches.iter().scan(0, |sum, b| Some(std::mem::replace(sum, *sum + b.points.len())));
+        let units: Vec<(usize, f64)> = firsts.zip(branches.iter().map(|b| b.unit)).collect();
+        let of_row = |row: usize| units.iter().rev().find(|u| u.0 <= row).map_or(1.0, |u| u.1);
+        let found = spread(world, cycles.len(), |k| {
+            let (row, point) = cycles[k];
+            let around = (self.structure, self.search as &dyn Family);
+            NodalPeriod::new(around, self.search.resolution(), (point, of_row(row))).map(|p| Some(p.numbers()))
+        })?;
+        let torn = || Error::Defect("limit cycles: a period was torn on its way".into());
+        let whole = |item: Option<Item>| match item.ok_or_else(torn)? {
+            Ok(numbers) => NodalPeriod::from_numbers(&numbers).ok_or_else(torn),
+            Err(why) => Err(Error::NotConverged(why)),
+        };
+        found.into_iter().map(whole).collect()
     }
 
     /// Collective: the branches from the `starts`, in their order; one that lies on a branch before it is not another

@@ -110,6 +110,7 @@ pub fn run(
     }
     let branches = walker.branches(world, &candidates, starts, run.progress)?;
     halt(&clock)?;
+    let nodal = walker.nodal_periods(world, &branches.all)?;
     let sounding = match &wanted.sound_power {
         Some(sound) => {
             run.progress.stage("radiation of sound");
@@ -134,6 +135,7 @@ pub fn run(
             onsets: &onsets,
             criticality: &criticality,
             structure: (&structure, pair.0),
+            nodal: &nodal,
         };
         let sounds = sounding.as_ref().map(|s| sound::Sounds::new(s, &branches.all)).transpose()?;
         let mut tables = tables.tables();

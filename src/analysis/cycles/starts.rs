@@ -1,19 +1,21 @@
 //! Cycles that branches begin with: that of an unstable mode, by its amplitude or marched, small ones at a threshold of
-//! rest, or a cycle of an earlier result.
+//! rest, a cycle of an earlier result, or the motion of a point of its sweep.
 
 use super::follow::BranchFollower;
 use super::search::{is_local, Search};
-use crate::case::limit_cycle_point::LimitCyclePoint;
+use crate::case::limit_cycle_point::{motion_modes, LimitCyclePoint};
 use crate::case::transient_problem::scale;
 use crate::cycles::branch::{solve, solve_under, stability_of};
 use crate::cycles::corrector::{Condition, Equations};
 use crate::cycles::{
     cycle_of_mode, BranchPoint, BranchState, ContactJacobian, ContactMemory, Family, GrowingMotion, Resolution,
 };
-use crate::job::{Contact, StartsBy};
+use crate::job::{Contact, EarlierResult, StartsBy};
 use crate::output::datasets::branches::{EarlierCycle, Onset};
+use crate::output::datasets::cycle_motions;
 use crate::output::Reader;
 use crate::parallel::World;
+use crate::transient::cycle::CycleMotion;
 use crate::transient::{Scheme, Settings, State, Stepper};
 use crate::{Error, Result};
 use num_complex::Complex64;
@@ -40,6 +42,14 @@ pub(super) enum BranchOrigin {
     Threshold(Onset),
     /// A cycle of an earlier result.
     Result(Box<EarlierCycle>),
+    /// The motion of a point of a sweep of an earlier result.
+    Swept {
+        /// File, with the number of the point.
+        place: String,
+        /// Value of the key.
+        key: f64,
+        motion: CycleMotion,
+    },
 }
 
 /// A start before it is solved for.
@@ -59,6 +69,7 @@ impl Candidate {
                 format!("threshold of rest at {along} = {:.7} ({:.3} Hz)", onset.key, onset.frequency)
             }
             BranchOrigin::Result(earlier) => format!("cycle {} of {}", earlier.place, earlier.file),
+            BranchOrigin::Swept { place, .. } => place.clone(),
         }
     }
 }
@@ -134,27 +145,50 @@ pub(super) fn candidates(search: &Search<'_>, world: &World, onsets: &[Onset]) -
         origins.extend(onsets.iter().copied().map(BranchOrigin::Threshold));
     }
     for (k, given) in wanted.results.iter().enumerate() {
-        let key = format!("analyses.cycles.starts.results[{k}]");
-        let earlier = world.on_root(|| {
-            let reader = Reader::open(given.file.as_ref())?;
-            EarlierCycle::read(&reader, (&search.wanted.along, given.cycle as usize), search.model.0)
-                .map(|e| e.numbers())
-                .map_err(|e| e.context(key.clone()))
-        })?;
-        let numbers = world.broadcast(earlier.unwrap_or_default());
-        let place = (given.file.display().to_string(), given.cycle as usize);
-        let earlier = EarlierCycle::from_numbers(place, &numbers)
-            .ok_or_else(|| Error::Defect("limit cycles: a cycle was torn on its way".into()))?;
-        let [from, to] = [search.wanted.from, search.wanted.to];
-        if !(from..=to).contains(&earlier.key) {
-            return Err(Error::Job(format!(
-                "{key}.cycle: found one at {} = {}, expected one in the range from {from} to {to}",
-                search.wanted.along, earlier.key
-            )));
-        }
-        origins.push(BranchOrigin::Result(Box::new(earlier)));
+        origins.push(earlier(search, world, (&format!("analyses.cycles.starts.results[{k}]"), given))?);
     }
     Ok(origins.into_iter().map(|origin| Candidate { origin }).collect())
+}
+
+/// Collective: the cycle, or the motion of a sweep, that the job takes from an earlier result by the key `path`.
+fn earlier(search: &Search<'_>, world: &World, (path, given): (&str, &EarlierResult)) -> Result<BranchOrigin> {
+    let (along, [from, to]) = (&search.wanted.along, [search.wanted.from, search.wanted.to]);
+    let (file, number) = (given.file.display().to_string(), given.cycle as usize);
+    let numbers = world.on_root(|| {
+        let read = |reader: &Reader| -> Result<Vec<f64>> {
+            if !cycle_motions::present(reader) || reader.has("/cycles/motion") {
+                let found = EarlierCycle::read(reader, (along, number), search.model.0)?;
+                return Ok([vec![0.0], found.numbers()].concat());
+            }
+            let (key, motion) = cycle_motions::read(reader, (along, number), &motion_modes(search.model))?;
+            Ok([vec![1.0, key, motion.period], motion.q, motion.v].concat())
+        };
+        Reader::open(given.file.as_ref()).and_then(|reader| read(&reader)).map_err(|e| e.context(path))
+    })?;
+    let numbers = world.broadcast(numbers.unwrap_or_default());
+    let torn = || Error::Defect("limit cycles: a cycle was torn on its way".into());
+    let origin = match &numbers[..] {
+        [1.0, key, period, motion @ ..] => {
+            let (q, v) = motion.split_at(motion.len() / 2);
+            let motion = CycleMotion { q: q.to_vec(), v: v.to_vec(), period: *period };
+            BranchOrigin::Swept { place: format!("point {number} of the sweep of {file}"), key: *key, motion }
+        }
+        [_, cycle @ ..] => {
+            let earlier = EarlierCycle::from_numbers((file, number), cycle).ok_or_else(torn)?;
+            BranchOrigin::Result(Box::new(earlier))
+        }
+        [] => return Err(torn()),
+    };
+    let key = match &origin {
+        BranchOrigin::Result(earlier) => earlier.key,
+        BranchOrigin::Swept { key, .. } => *key,
+        _ => from,
+    };
+    if !(from..=to).contains(&key) {
+        let text = format!("{path}.cycle: found one at {along} = {key}, expected one in the range from {from} to {to}");
+        return Err(Error::Job(text));
+    }
+    Ok(origin)
 }
 
 /// Unknowns that Newton's method begins with.
@@ -179,6 +213,7 @@ impl BranchFollower<'_, '_> {
                 return self.near(number, guess);
             }
             BranchOrigin::Result(earlier) => return self.near(number, self.earlier(earlier)),
+            BranchOrigin::Swept { key, motion, .. } => return self.near(number, self.taken_over(*key, motion)?),
             BranchOrigin::Mode { key, mode, .. } => (*key, *mode),
         };
         let march = || self.near(number, self.marched(key, mode)?);
@@ -268,7 +303,7 @@ impl BranchFollower<'_, '_> {
 
     /// The motion that the mode of the rank `mode` leads to at `key`, marched.
     fn marched(&self, key: f64, mode: usize) -> Result<Guess> {
-        let (search, structure) = (self.search, self.structure);
+        let search = self.search;
         let job = search.job_at(key)?;
         let cycles = &search.wanted.march;
         let pair = search.pair(&job)?;
@@ -276,6 +311,14 @@ impl BranchFollower<'_, '_> {
         let motion = attempt.follow(None)?.motion.ok_or_else(|| {
             Error::NotConverged("limit cycles: the motion that begins with this mode dies out".into())
         })?;
+        self.taken_over(key, &motion)
+    }
+
+    /// A marched motion at `key`, which goes on for some periods in the steps of the equations.
+    fn taken_over(&self, key: f64, motion: &CycleMotion) -> Result<Guess> {
+        let (search, structure) = (self.search, self.structure);
+        let job = search.job_at(key)?;
+        let pair = search.pair(&job)?;
         let transient = search.transient()?;
         let rolling = search.rolling(&job, &transient, &pair)?;
         let ready = rolling.ready()?;

@@ -8,11 +8,13 @@ use super::{goes_on, point_of, Sources};
 use crate::analysis::radiation::ModalSound;
 use crate::analysis::run::Run;
 use crate::case::interface::points as points_of;
-use crate::case::limit_cycle_point::{CycleMotion, LimitCyclePoint, PointCache};
+use crate::case::limit_cycle_point::{motion_modes, LimitCyclePoint, PointCache};
 use crate::contact::points::interface as interface_of;
+use crate::grid::Interface;
 use crate::job::{Branch, Cycles, Job, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::companion;
+use crate::output::datasets::cycle_motions::{self, MotionModes};
 use crate::output::datasets::cycles::{tables, Cycle};
 use crate::output::datasets::sweep::Outcome;
 use crate::output::Table;
@@ -20,6 +22,7 @@ use crate::parallel::World;
 use crate::progress::Progress;
 use crate::stop::Stop;
 use crate::summary::Summary;
+use crate::transient::cycle::CycleMotion;
 use crate::{Error, Result};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -82,6 +85,8 @@ struct CycleChains<'a> {
 struct RankResults {
     /// [branch, point, how many, numbers of the cycle …] of each point one after the other.
     rows: Vec<f64>,
+    /// [branch, point, period, how many modes, displacements and velocities …] of each point that moves.
+    motions: Vec<f64>,
     /// Reasons of points that were not computed: "branch point why", each closed by a zero.
     text: String,
 }
@@ -89,6 +94,9 @@ struct RankResults {
 /// All points of all branches, `[branches][points]`.
 pub(super) struct BranchOutcomes {
     pub(super) cycles: Vec<Option<Cycle>>,
+    /// The motions that they end with, each with the number of its model.
+    motions: Vec<Option<(usize, CycleMotion)>>,
+    models: Vec<MotionModes>,
     /// Why some were not computed.
     pub(super) failed: Vec<(usize, usize, String)>,
     /// Recorder of the sound; none where no sound is asked for.
@@ -98,7 +106,14 @@ pub(super) struct BranchOutcomes {
 impl BranchOutcomes {
     /// None of them yet.
     pub(super) fn new(plan: &SweepPlan, cycles: &Cycles) -> Self {
-        Self { cycles: vec![None; cycles.branches.len() * plan.points.len()], failed: Vec::new(), heard: None }
+        let count = cycles.branches.len() * plan.points.len();
+        Self {
+            cycles: vec![None; count],
+            motions: vec![None; count],
+            models: Vec::new(),
+            failed: Vec::new(),
+            heard: None,
+        }
     }
 
     /// The cycles of a model are heard.
@@ -107,13 +122,21 @@ impl BranchOutcomes {
     }
 
     /// Takes what the ranks found of `points` points.
-    fn collect(&mut self, rows: &[f64], text: &[u8], points: usize) -> Result<()> {
+    fn collect(&mut self, (rows, motions): (&[f64], &[f64]), text: &[u8], points: usize) -> Result<()> {
         let torn = || Error::Defect("limit cycles were torn on their way".into());
         let mut rest = rows;
         while let [branch, point, length, after @ ..] = rest {
             let (numbers, after) = after.split_at_checked(*length as usize).ok_or_else(torn)?;
             let place = self.cycles.get_mut(*branch as usize * points + *point as usize).ok_or_else(torn)?;
             *place = Some(Cycle::from_numbers(numbers).ok_or_else(torn)?);
+            rest = after;
+        }
+        let mut rest = motions;
+        while let [branch, point, period, modes, after @ ..] = rest {
+            let (q, after) = after.split_at_checked(*modes as usize).ok_or_else(torn)?;
+            let (v, after) = after.split_at_checked(*modes as usize).ok_or_else(torn)?;
+            let place = self.motions.get_mut(*branch as usize * points + *point as usize).ok_or_else(torn)?;
+            *place = Some((self.models.len(), CycleMotion { q: q.to_vec(), v: v.to_vec(), period: *period }));
             rest = after;
         }
         for line in String::from_utf8_lossy(text).split_terminator('\0') {
@@ -154,7 +177,12 @@ impl BranchOutcomes {
         let following = CycleChains { cycles, points, folder, sounding: sounding.as_ref(), stop: run.stop };
         let mine = world.agree(following.all(world, model, chains, run.progress))?;
         let (rows, text) = (world.gather(&mine.rows), world.gather(mine.text.as_bytes()));
-        world.on_root(|| self.collect(&rows, &text, points.len()))?;
+        let motions = world.gather(&mine.motions);
+        world.on_root(|| self.collect((&rows, &motions), &text, points.len()))?;
+        if let Some(job) = chains.iter().flat_map(|c| &c.points).find_map(|&p| point_of(points, p).ok()) {
+            let interface = grid_of(job, &model.interface)?;
+            self.models.push(motion_modes((&interface, model.pair(job)?)));
+        }
         if run.stop.wanted(world) {
             return Err(Error::Stopped(format!(
                 "stopped on request among the limit cycles; those that are done are kept in {}, and the same run takes \
@@ -221,6 +249,10 @@ impl CycleChains<'_> {
                 let numbers = cycle.numbers();
                 found.rows.extend([chain.branch as f64, point as f64, numbers.len() as f64]);
                 found.rows.extend(numbers);
+                if let (Some(motion), true) = (&before, cycle.fate > 0) {
+                    let head = [chain.branch as f64, point as f64, motion.period, motion.q.len() as f64];
+                    found.motions.extend(head.iter().chain(&motion.q).chain(&motion.v));
+                }
                 done += 1;
                 progress.step("limit cycles", done, total);
             }
@@ -245,10 +277,7 @@ impl CycleChains<'_> {
             }
         };
         let branch = self.cycles.branches[chain.branch];
-        let interface = match job.contact.as_ref().and_then(points_of) {
-            Some(points) => interface_of(&points)?,
-            None => model.interface.clone(),
-        };
+        let interface = grid_of(job, &model.interface)?;
         let pair = model.pair(job)?;
         let heard = self.sounding.map(ModalSound::quantities);
         let attempt = LimitCyclePoint { job, cycles: self.cycles, model: (&interface, pair), heard, mode: 0 };
@@ -272,6 +301,14 @@ impl CycleChains<'_> {
     }
 }
 
+/// The contact nodes of a point: its points, or the grid of the model.
+fn grid_of(job: &Job, grid: &Interface) -> Result<Interface> {
+    match job.contact.as_ref().and_then(points_of) {
+        Some(points) => interface_of(&points),
+        None => Ok(grid.clone()),
+    }
+}
+
 /// The folder of the points that are done.
 pub(super) fn folder(output: &Path) -> PathBuf {
     companion(output, "cycles")
@@ -286,7 +323,7 @@ pub(super) fn report(
     summary: &mut Summary,
 ) -> Vec<Table> {
     let none = Cycle::none(cycles.harmonics as usize);
-    let BranchOutcomes { cycles: all, mut failed, heard } = found;
+    let BranchOutcomes { cycles: all, motions, models, mut failed, heard } = found;
     failed.sort();
     let all: Vec<Cycle> = all.into_iter().map(|c| c.unwrap_or_else(|| none.clone())).collect();
     let points = outcomes.len();
@@ -340,6 +377,7 @@ pub(super) fn report(
     let shape = [cycles.branches.len(), points];
     let mut tables = tables(&cycles.branches, &key, points, &all);
     tables.extend(heard.iter().flat_map(|h| h.tables("/sweep/cycles", &shape, &all)));
+    tables.extend(cycle_motions::tables(&shape, &motions, &models));
     tables.push(Table::new("/sweep/cycles/message", "-", text, &shape, messages));
     tables
 }

@@ -165,7 +165,7 @@ impl<'a> Sound<'a> {
         let all = inputs.places.iter().map(|p| inputs.modes[p.1].omega.len()).sum();
         for &(name, body) in inputs.places {
             let m = inputs.modes[body].omega.len();
-            let side = Side::named(name).ok_or_else(|| Error::Defect(format!("no side is called {name}")))?;
+            let side = Side::named(name)?;
             let contacts = is_rail(inputs.job, name).then_some(self.contacts);
             let channels = Channels::new(contacts, side, (first..first + m, all));
             if let Some(given) = self.given.get(&body) {

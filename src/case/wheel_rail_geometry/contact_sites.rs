@@ -44,7 +44,7 @@ pub(crate) fn build<'p>(
     let touched = !job.analyses.on_contact().is_empty();
     let mut bodies = BuiltBodies::none();
     for (name, body) in job.bodies() {
-        let side = Side::named(name).unwrap_or(Side::Lower);
+        let side = Side::named(name)?;
         let is_file = matches!(body.mesh, Some(MeshSource::File(_)));
         let stands = |one: &PlacedContact| one.standing(&placed[0], (job, meshes), name, body);
         let stands: Result<Vec<_>> = placed.iter().filter(|_| is_file).map(stands).collect();

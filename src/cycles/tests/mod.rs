@@ -21,6 +21,7 @@ mod free;
 mod hulten;
 mod located;
 mod rolling;
+mod rolling_cycle;
 mod two_contacts;
 mod two_waves;
 

@@ -160,6 +160,9 @@ pub struct MatrixContact {
     pub normal: MatrixDirection,
     /// Directions x and y, or the rows of the displacements along them; y may be left out.
     pub tangential: Vec<MatrixDirection>,
+    /// Key of the job that it was made of, for messages; none of a contact that the job gives.
+    #[serde(skip)]
+    pub made_of: Option<String>,
 }
 
 /// A direction at a node, or a row.

@@ -7,6 +7,7 @@ pub mod contact;
 pub(crate) mod contacts;
 pub(crate) mod creep_curve;
 pub mod curving;
+pub(crate) mod cycle_motions;
 pub(crate) mod cycles;
 pub mod placement;
 pub(crate) mod points;

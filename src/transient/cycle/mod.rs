@@ -107,6 +107,17 @@ pub struct FollowedMotion {
     pub state: State,
 }
 
+/// The end of a motion: where another march begins.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CycleMotion {
+    /// Modal displacements from rest, m √kg, `[m]`.
+    pub q: Vec<f64>,
+    /// Modal velocities, m √kg/s, `[m]`.
+    pub v: Vec<f64>,
+    /// s.
+    pub period: f64,
+}
+
 /// Follows the motion of `stepper` about the state `rest`.
 pub fn follow(stepper: &mut Stepper<'_>, rest: &State, settings: &CycleSettings) -> Result<FollowedMotion> {
     let omega = stepper.omega().to_vec();
