@@ -58,11 +58,17 @@ impl HalfSpace {
     /// assert!((far / point - 1.0).abs() < 1e-4);
     /// ```
     pub fn influence(&self, at: [f64; 2], sides: [f64; 2]) -> [[f64; 3]; 3] {
+        let of = |[sx, sy]: [f64; 2]| corner(at[0] + sx * sides[0], at[1] + sy * sides[1]);
+        self.by_corners([[0.5, 0.5], [-0.5, 0.5], [0.5, -0.5], [-0.5, -0.5]].map(of).each_ref(), sides)
+    }
+
+    /// [`influence`](Self::influence) by the values of [`corner`] at the corners (+, +), (−, +), (+, −), (−, −) of the
+    /// rectangle.
+    fn by_corners(&self, corners: [&[f64; 6]; 4], sides: [f64; 2]) -> [[f64; 3]; 3] {
         // Antiderivatives of 1/r, X²/r³, Y²/r³, XY/r³, X/r², Y/r² over both coordinates, summed with alternate signs
         // over the four corners.
         let mut s = [0.0; 6];
-        for (sx, sy, sign) in [(0.5, 0.5, 1.0), (-0.5, 0.5, -1.0), (0.5, -0.5, -1.0), (-0.5, -0.5, 1.0)] {
-            let f = corner(at[0] + sx * sides[0], at[1] + sy * sides[1]);
+        for (f, sign) in corners.into_iter().zip([1.0, -1.0, -1.0, 1.0]) {
             for (a, b) in s.iter_mut().zip(f) {
                 *a += sign * b;
             }
@@ -131,9 +137,15 @@ impl HalfSpace {
 impl HalfSpace {
     /// [`influence`](Self::influence) of a node of a uniform grid at the offsets in +x and +y, `[nx·ny]`.
     pub(super) fn offsets(&self, x: &[f64], y: &[f64]) -> Result<Vec<[[f64; 3]; 3]>> {
-        let (nx, [hx, hy]) = (x.len(), [dual_sides(x)?[0], dual_sides(y)?[0]]);
-        let of = |k: usize| self.influence([(k % nx) as f64 * hx, (k / nx) as f64 * hy], [hx, hy]);
-        Ok((0..nx * y.len()).map(of).collect())
+        let (nx, ny, [hx, hy]) = (x.len(), y.len(), [dual_sides(x)?[0], dual_sides(y)?[0]]);
+        // Rectangles beside each other share their corners.
+        let place = |k: usize| corner(((k % (nx + 1)) as f64 - 0.5) * hx, ((k / (nx + 1)) as f64 - 0.5) * hy);
+        let corners: Vec<[f64; 6]> = (0..(nx + 1) * (ny + 1)).map(place).collect();
+        let of = |k: usize| {
+            let low = k % nx + (nx + 1) * (k / nx);
+            self.by_corners([low + nx + 2, low + nx + 1, low + 1, low].map(|k| &corners[k]), [hx, hy])
+        };
+        Ok((0..nx * ny).map(of).collect())
     }
 
     /// The influence at the offset that is `ahead` along x and y, or behind, of that at the same offset in +x and +y.

@@ -31,7 +31,9 @@ impl SharedModel {
         let grid = [patch.x.clone(), patch.y.clone()];
         let convolution =
             |of: &Compact| Convolution::of_half_space(&of.half_space, &grid[0], &grid[1])?.ok_or_else(missing);
-        let both = Convolution::combined(&convolution(parts[0])?, &convolution(parts[1])?)?;
+        let lower = convolution(parts[0])?;
+        let upper = if parts[0].half_space == parts[1].half_space { None } else { Some(convolution(parts[1])?) };
+        let both = Convolution::combined(&lower, upper.as_ref().unwrap_or(&lower))?;
         adapt(&mut self.pair, job, (&self.own, &self.rotation), &mut self.last)?;
         let own = &self.pair;
         let rolling = CoupledModel {

@@ -1,7 +1,6 @@
 //! Compliance and motions of a part of the modes.
 
 use super::{real_times, CoupledModes, ModePoles, ModeSet, Reading, SingleMode, COUPLED, FEW, ROUNDING, SHARED};
-use crate::body::ModalMatrix;
 use crate::model::CoupledModel;
 use crate::stability::nonlinear_eigen::pole_sums::PoleSums;
 use crate::stability::nonlinear_eigen::{SpectrumMemory, C};
@@ -139,8 +138,7 @@ impl CoupledModes {
         memory: &SpectrumMemory,
     ) -> Option<Self> {
         let s = modes.len();
-        let block = |of: &ModalMatrix| Mat::from_fn(s, s, |i, j| of.get(modes[i], modes[j]));
-        let own = ModePoles::of(block(&bodies.stiffness), block(&bodies.damping), memory)?;
+        let own = ModePoles::of(bodies.stiffness.part(&modes), bodies.damping.part(&modes), memory)?;
         let driven = &own.onto * Mat::from_fn(s, basis.nrows(), |i, j| C::from(basis[(j, modes[i])]));
         Some(Self { modes, own, driven })
     }
