@@ -83,7 +83,7 @@ fn share(force: &[f64], patch: &ContactPatch, contact: &job::Contact) -> Result<
     }
     let which = contact.name.as_ref().or(contact.body.as_ref()).map_or(String::new(), |name| format!(" {name:?}"));
     Err(Error::Job(format!(
-        "analyses.receptance.spread: the contact{which} is open, so there is no pressure to spread a force by; raise the \
-         load, or use \"uniform\""
+        "analyses.receptance.spread: the contact{which} is open, so there is no pressure to spread a force by; raise \
+         the load, or use \"uniform\""
     )))
 }

@@ -223,19 +223,19 @@ impl ModalMatrix {
     }
 
     /// Rows and columns of the `modes`, ascending, `[modes, modes]`.
-    pub fn part(&self, modes: &[usize]) -> Mat<f64> {
-        let mut part = Mat::zeros(modes.len(), modes.len());
+    pub fn submatrix(&self, modes: &[usize]) -> Mat<f64> {
+        let mut found = Mat::zeros(modes.len(), modes.len());
         let mut first = 0;
         for b in self.blocks().iter() {
             let end = first + b.order();
             let own = modes.partition_point(|&k| k < first)..modes.partition_point(|&k| k < end);
             for j in own.clone() {
-                let column = part.col_as_slice_mut(j);
+                let column = found.col_as_slice_mut(j);
                 own.clone().for_each(|i| column[i] = b.get(modes[i] - first, modes[j] - first));
             }
             first = end;
         }
-        part
+        found
     }
 
     /// The whole matrix, `[m, m]`.

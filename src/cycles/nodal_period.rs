@@ -17,7 +17,7 @@ pub struct NodalPeriod {
 }
 
 impl NodalPeriod {
-    /// That of a cycle of a branch whose motion is measured by `unit`, m √kg, marched once more.
+    /// Period of a cycle of a branch whose motion is measured by `unit`, m √kg, marched once more.
     pub fn new(
         (structure, family): (&Structure<'_>, &dyn Family),
         resolution: Resolution,

@@ -7,7 +7,7 @@ use super::wheelset;
 use super::{Beam, CrossSection, Focus, HeadPoint, Path, SectionElement, SectionLayer};
 use crate::fem::ElasticMaterial;
 use crate::{Error, Result};
-use border::{at, border, joined, key, line, quadratic, whole, SAME_PLACE};
+use border::{border, joined, key, line, node_text, quadratic, refuse_pieces, SAME_PLACE};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// A section as it was drawn, of a wheel or a rail: nodes (r, y), m, which are (y, x) of the drawing; r of a wheel is
@@ -48,13 +48,13 @@ impl DrawnSection {
         joined(&section)?;
         section.check(path)?;
         let border = border(&section)?;
-        whole(&section, &border)?;
+        refuse_pieces(&section, &border)?;
         let middle: BTreeMap<[usize; 2], usize> = border.iter().map(|e| (key(e[0], e[1]), e[2])).collect();
         for (name, edges) in curves {
             let of = |edge: &Vec<usize>| {
                 let ends = key(edge[0], edge[1]);
                 let missing = || {
-                    let [a, b] = ends.map(|k| at(&section, k));
+                    let [a, b] = ends.map(|k| node_text(&section, k));
                     Error::Input(format!(
                         "the curve {name:?} has an edge from {a} to {b} that is not on the \
                      border of the section; expected curves of its border"

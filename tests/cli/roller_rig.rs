@@ -204,8 +204,8 @@ fn a_wheel_and_an_idler_on_a_stiff_roller_are_each_by_itself() {
     assert_eq!(points.map(|of_law| of_law.len()), by_law);
 }
 
-/// Each contact has the receptances of its own wheel. Those between the contacts are of the roller alone, and reciprocal
-/// where its particles stand still.
+/// Each contact has the receptances of its own wheel. Those between the contacts are of the roller alone; where its
+/// particles stand still they are reciprocal.
 #[test]
 fn receptances_are_those_of_each_contact() {
     let mut job = with_idler();

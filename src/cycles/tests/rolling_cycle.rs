@@ -101,8 +101,8 @@ fn about<'e, 'a>(
     (equations, u)
 }
 
-/// Root mean square of the motion of the ball about its mean in each of `periods` periods of a march, which begins with a
-/// `cycle` at `v` with its displacement changed by the part `change` of its amplitude.
+/// Root mean square of the motion of the ball about its mean in each of `periods` periods of a march. It begins with a
+/// `cycle` at `v`, its displacement changed by the part `change` of its amplitude.
 fn marched(ball: &Ball, (v, cycle): (f64, &PeriodicSolution), change: f64, periods: usize) -> Vec<f64> {
     let [mut q, velocity] = cycle.state.clone();
     q[0] += change * 2.0 * cycle.modal[1][0].norm();

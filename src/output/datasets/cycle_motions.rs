@@ -118,8 +118,8 @@ pub fn read(file: &Reader, (along, place): (&str, usize), modes: &MotionModes) -
     let count = frequency.iter().take_while(|f| f.is_finite()).count();
     let others = |what: String| {
         refused(format!(
-            "{what}; a motion is taken over by its modes: run both jobs with the same bodies and analyses.modes, or this \
-             one with --reuse of that file"
+            "{what}; a motion is taken over by its modes: run both jobs with the same bodies and analyses.modes, or \
+             this one with --reuse of that file"
         ))
     };
     if count != m {

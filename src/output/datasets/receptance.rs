@@ -36,7 +36,8 @@ fn group(number: usize) -> String {
 fn block(path: &str, values: &[Mat<Complex<f64>>], (at, by): (usize, usize)) -> Table {
     let force = if at == by { String::new() } else { format!(" at contact {}", by + 1) };
     let text = format!(
-        "Displacement in direction (x, y, n into the body) by a unit force{force} in direction (x, y, n), in lower form."
+        "Displacement in direction (x, y, n into the body) by a unit force{force} in direction (x, y, n), in lower \
+         form."
     );
     let entry = |h: &Mat<Complex<f64>>, k: usize| h[(3 * at + k / 3, 3 * by + k % 3)];
     let all: Vec<Complex<f64>> = values.iter().flat_map(|h| (0..9).map(move |k| entry(h, k))).collect();

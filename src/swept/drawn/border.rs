@@ -16,7 +16,7 @@ pub(super) fn key(a: usize, b: usize) -> [usize; 2] {
 }
 
 /// A node for messages.
-pub(super) fn at(section: &CrossSection, node: usize) -> String {
+pub(super) fn node_text(section: &CrossSection, node: usize) -> String {
     let [r, y] = section.nodes[node];
     format!("(x = {y:.6}, y = {r:.6}) m of the drawing")
 }
@@ -72,7 +72,7 @@ pub(super) fn joined(section: &CrossSection) -> Result<()> {
                  removeDuplicateNodes, or fragment the surfaces)",
                 a + 1,
                 b + 1,
-                at(section, a)
+                node_text(section, a)
             )));
         }
     }
@@ -89,14 +89,14 @@ pub(super) fn border(section: &CrossSection) -> Result<Vec<[usize; 3]>> {
         }
     }
     if let Some((ends, _)) = edges.iter().find(|(_, of)| of.len() > 2) {
-        let [a, b] = ends.map(|k| at(section, k));
+        let [a, b] = ends.map(|k| node_text(section, k));
         return Err(Error::Input(format!("more than two elements of the section share the edge from {a} to {b}")));
     }
     Ok(edges.into_values().filter(|of| of.len() == 1).flatten().collect())
 }
 
 /// An error if elements overlap, or if there are several pieces.
-pub(super) fn whole(section: &CrossSection, border: &[[usize; 3]]) -> Result<()> {
+pub(super) fn refuse_pieces(section: &CrossSection, border: &[[usize; 3]]) -> Result<()> {
     // ∮ r dy along quadratic edges.
     let within: f64 = border
         .iter()
@@ -135,8 +135,8 @@ pub(super) fn whole(section: &CrossSection, border: &[[usize; 3]]) -> Result<()>
         if root(&mut piece, element.nodes[0]) != first {
             return Err(Error::Input(format!(
                 "the section is in several pieces: one has a node at {}, another at {}",
-                at(section, section.elements[0].nodes[0]),
-                at(section, element.nodes[0])
+                node_text(section, section.elements[0].nodes[0]),
+                node_text(section, element.nodes[0])
             )));
         }
     }
@@ -162,8 +162,8 @@ fn crossed(section: &CrossSection, border: &[[usize; 3]]) -> Result<()> {
             if side(p, q[0]) * side(p, q[1]) < 0.0 && side(q, p[0]) * side(q, p[1]) < 0.0 {
                 return Err(Error::Input(format!(
                     "the border of the section crosses itself near {} and {}",
-                    at(section, a[0]),
-                    at(section, b[0])
+                    node_text(section, a[0]),
+                    node_text(section, b[0])
                 )));
             }
         }
@@ -183,8 +183,8 @@ pub(super) fn line(section: &CrossSection, mut edges: Vec<[usize; 3]>) -> Result
         if !(4.0 * middle - 3.0 * first - last > 0.0 && 3.0 * last + first - 4.0 * middle > 0.0) {
             return Err(Error::Input(format!(
                 "the running line is not a function of y between {} and {}; leave out of it what stands upright",
-                at(section, edge[0]),
-                at(section, edge[1])
+                node_text(section, edge[0]),
+                node_text(section, edge[1])
             )));
         }
     }
@@ -193,8 +193,8 @@ pub(super) fn line(section: &CrossSection, mut edges: Vec<[usize; 3]>) -> Result
         if pair[0][1] != pair[1][0] {
             return Err(Error::Input(format!(
                 "the running line has a hole: it ends at {} and begins again at {}",
-                at(section, pair[0][1]),
-                at(section, pair[1][0])
+                node_text(section, pair[0][1]),
+                node_text(section, pair[1][0])
             )));
         }
     }

@@ -108,7 +108,7 @@ fn the_contact_is_made_finer() {
         let wanted = if mirrored { [-0.03, 0.07] } else { [-0.07, 0.03] };
         assert!((first - wanted[0]).abs() < 1e-12 && (last - wanted[1]).abs() < 1e-12, "{first} {last}");
         let border = border(&section).expect("edges of two elements at the most");
-        whole(&section, &border).expect("one piece");
+        refuse_pieces(&section, &border).expect("one piece");
         joined(&section).expect("no two nodes at one place");
         line(&section, section.tread.clone()).expect("a running line");
         let near = section.tread.iter().filter(|e| section.nodes[e[2]][1].abs() < 3e-3);

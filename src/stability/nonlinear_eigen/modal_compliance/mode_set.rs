@@ -138,7 +138,7 @@ impl CoupledModes {
         memory: &SpectrumMemory,
     ) -> Option<Self> {
         let s = modes.len();
-        let own = ModePoles::of(bodies.stiffness.part(&modes), bodies.damping.part(&modes), memory)?;
+        let own = ModePoles::of(bodies.stiffness.submatrix(&modes), bodies.damping.submatrix(&modes), memory)?;
         let driven = &own.onto * Mat::from_fn(s, basis.nrows(), |i, j| C::from(basis[(j, modes[i])]));
         Some(Self { modes, own, driven })
     }
