@@ -194,7 +194,7 @@ fn other_starts_lead_to_the_same_branch() {
     let lateral = "contact.creepage.lateral";
     refused(json!({ "file": file, "cycle": 99 }), lateral, &["results[0]", "the number 99", "cycles"]);
     refused(json!({ "file": file, "cycle": 0 }), "contact.friction", &["results[0]", lateral, "contact.friction"]);
-    refused(json!({ "file": model, "cycle": 0 }), lateral, &["results[0]", "found no /cycles/motion"]);
+    refused(json!({ "file": model, "cycle": 0 }), lateral, &["results[0]", "found neither /cycles/motion"]);
 }
 
 /// A branch ends where its range does; under a large load the contact opens and closes at nodes in the period.

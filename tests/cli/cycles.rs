@@ -38,12 +38,13 @@ fn done(folder: &Path) -> usize {
 fn bits(file: &hdf5::File) -> Vec<(String, Vec<u64>)> {
     let group = file.group("sweep/cycles").expect("group");
     let names = group.member_names().expect("names");
-    let number = |n: &&String| !["branch", "along", "message", "sound_power"].contains(&n.as_str());
+    let number = |n: &&String| !["branch", "along", "message", "motion", "sound_power"].contains(&n.as_str());
     let of = |n: &String| {
         let values = group.dataset(n).expect("dataset").read_raw::<f64>().expect("numbers");
         (n.clone(), values.into_iter().map(f64::to_bits).collect())
     };
-    names.iter().filter(number).map(of).collect()
+    let motions = ["displacement", "velocity", "period"].map(|name| format!("motion/{name}"));
+    names.iter().filter(number).chain(&motions).map(of).collect()
 }
 
 #[test]
