@@ -36,6 +36,7 @@ mod roller_rig;
 mod rotation;
 mod runs;
 mod sensitivities;
+mod several_contacts_verified;
 mod slurm;
 mod sound;
 mod surfaces;
