@@ -11,6 +11,7 @@ from ..labels import body_words
 from ..measured.overlay import Overlay
 from ..result import Result, lookup
 from ..tables import Receptances, contact_name, contact_number
+from .contact import of_contact
 from .style import GREY, LATERAL, LONGITUDINAL, NORMAL, PURPLE, Canvas, heading, legend
 
 CURVES = [
@@ -28,10 +29,10 @@ def pictures(result: Result, canvas: Canvas, measured: Overlay | None = None) ->
     if measured is not None:
         measured.expect_one_contact(result)
     groups = Receptances.groups(result) or ["receptance"]
-    return [path for group in groups for path in of_contact(result, group, canvas, measured)]
+    return [path for group in groups for path in contact_receptances(result, group, canvas, measured)]
 
 
-def of_contact(result: Result, group: str, canvas: Canvas, measured: Overlay | None) -> list[Path]:
+def contact_receptances(result: Result, group: str, canvas: Canvas, measured: Overlay | None) -> list[Path]:
     table, several = Receptances.from_result(result, group), len(Receptances.groups(result)) > 1
     bodies = list(table.bodies.items())
     if measured is None and len(bodies) == 2 and np.allclose(bodies[0][1], bodies[1][1], rtol=1e-9, atol=0):
@@ -48,8 +49,7 @@ def of_contact(result: Result, group: str, canvas: Canvas, measured: Overlay | N
         layout="constrained",
     )
     spread = SPREAD.get(lookup(result.job, "analyses.receptance.spread"), "")
-    number = contact_number(group)
-    where = f", {contact_name(result, number)}" if several else ""
+    where = f", {contact_name(result, contact_number(group))}" if several else ""
     figure.suptitle(heading(result) + f"receptance of the contact point{where}{spread}", fontsize=10)
     for column, (name, h) in enumerate(bodies):
         upper, lower = axes[:, column]
@@ -69,7 +69,7 @@ def of_contact(result: Result, group: str, canvas: Canvas, measured: Overlay | N
     axes[0, 0].set_ylabel("amplitude |H| / (nm/N)")
     axes[1, 0].set_ylabel("phase / °")
     legend(figure, list(axes[0]), columns=4 if len(bodies) > 1 else 2)
-    return canvas.save(figure, f"receptance-{number}" if number > 1 else "receptance")
+    return canvas.save(figure, of_contact("receptance", group))
 
 
 def draw_measured(measured: Overlay, body: str, upper: Axes, lower: Axes) -> None:
