@@ -13,6 +13,9 @@ use crate::grid::{ContactPatch, Interface};
 use crate::job::{Contact, ContactPlaces, Job, Load, ModesExtent};
 use crate::mesh::attitude::Attitude;
 use crate::mesh::{quality, Mesh};
+use crate::output::datasets::branches::EarlierCycle;
+use crate::output::datasets::cycle_motions::{self, is_of_sweep};
+use crate::output::Reader;
 use crate::{Error, Result};
 use std::rc::Rc;
 
@@ -76,7 +79,23 @@ pub(crate) fn of_interface(job: &Job, interface: &Interface) -> Result<Preflight
 fn with_files(job: &Job, mut report: PreflightReport) -> Result<PreflightReport> {
     report.lines.splice(0..0, super::rail::measured(job)?);
     report.lines.extend(super::roughness::described(job)?);
+    earlier_cycles(job)?;
     Ok(report)
+}
+
+/// An error if a branch of limit cycles is to begin from a cycle that an earlier result has not.
+fn earlier_cycles(job: &Job) -> Result<()> {
+    let Some(cycles) = &job.analyses.cycles else { return Ok(()) };
+    for (k, given) in cycles.starts.results.iter().enumerate() {
+        let wanted = (&cycles.along[..], given.cycle as usize);
+        let examine = |file: Reader| match is_of_sweep(&file) {
+            true => cycle_motions::examine(&file, wanted).map(drop),
+            false => EarlierCycle::examine(&file, wanted).map(drop),
+        };
+        let path = format!("analyses.cycles.starts.results[{k}]");
+        Reader::open(&given.file).and_then(examine).map_err(|e| e.context(path))?;
+    }
+    Ok(())
 }
 
 /// Lines and warnings about the bodies and their contact.

@@ -114,7 +114,8 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
         }),
         Step::Receptance => wanted.receptance.as_ref().map(|receptance| {
             let count = receptance.frequency.numbers().map_or(0, |f| f.len());
-            format!("receptances of the contact point at {count} frequencies")
+            let what = if count == 1 { "frequency" } else { "frequencies" };
+            format!("receptances of the contact point at {count} {what}")
         }),
         Step::Stability => wanted.stability.as_ref().zip(contact).map(|(stability, contact)| {
             let full = stability.full.as_ref().map_or(String::new(), |full| {

@@ -77,6 +77,12 @@ fn a_branch_begins_from_a_cycle_of_a_sweep() {
         assert!(ran.code != Some(0) && ran.err.contains(wanted), "{wanted}: {:?} {}", ran.code, ran.err);
         assert!(ran.err.contains("analyses.cycles.starts.results[0]"), "{}", ran.err);
     }
+    // So does the check, where the bodies are not needed.
+    let missing = "analyses.cycles.starts.results.0.file=none.h5";
+    for set in ["analyses.cycles.starts.results.0.cycle=0", "analyses.cycles.starts.results.0.cycle=7", missing] {
+        let ran = own.call(1, "check", &["--set", set]);
+        assert!(ran.code == Some(3) && ran.err.contains("starts.results[0]"), "{set}: {:?} {}", ran.code, ran.err);
+    }
     let other = from_sweep(&file, 1);
     let other = Folder::with(other.to_string().replace("contact.creepage.lateral", "contact.friction"));
     let ran = other.call(1, "run", &["--set", "analyses.cycles.from=0.1", "--set", "analyses.cycles.to=0.5"]);

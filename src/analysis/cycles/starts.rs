@@ -156,7 +156,7 @@ fn earlier(search: &Search<'_>, world: &World, (path, given): (&str, &EarlierRes
     let (file, number) = (given.file.display().to_string(), given.cycle as usize);
     let numbers = world.on_root(|| {
         let read = |reader: &Reader| -> Result<Vec<f64>> {
-            if !cycle_motions::present(reader) || reader.has("/cycles/motion") {
+            if !cycle_motions::is_of_sweep(reader) {
                 let found = EarlierCycle::read(reader, (along, number), search.model.0)?;
                 return Ok([vec![0.0], found.numbers()].concat());
             }

@@ -396,25 +396,11 @@ pub struct EarlierCycle {
 impl EarlierCycle {
     /// The cycle `place` of a result whose branches go along the key `along`, on the contact of `interface`.
     pub fn read(file: &Reader, (along, place): (&str, usize), interface: &Interface) -> Result<Self> {
+        let [count, parts, r] = Self::examine(file, (along, place))?;
         let name = file.path().display().to_string();
         let refused = |what: String| Error::Input(format!("{name}: {what}"));
-        if !file.has("/cycles/motion/coefficient") {
-            return Err(refused(
-                "found neither /cycles/motion nor /sweep/cycles/motion, expected a result of analyses.cycles, or of \
-                 analyses.sweep.cycles with points that move"
-                    .into(),
-            ));
-        }
-        let there = file.verified_text("/cycles/motion/along")?;
-        if there != along {
-            return Err(refused(format!("found branches along \"{there}\", expected \"{along}\"")));
-        }
         let read = |name: &str| file.verified_numbers(&format!("/cycles/motion/{name}"));
-        let (shape, coefficient) = read("coefficient")?;
-        let [count, parts, r] = shape[..] else { return Err(refused("/cycles/motion/coefficient is damaged".into())) };
-        if place >= count {
-            return Err(refused(format!("found {count} cycles, expected one with the number {place}, from 0")));
-        }
+        let (_, coefficient) = read("coefficient")?;
         let n = interface.len();
         let (_, position) = read("position")?;
         let same = position.len() == 2 * n
@@ -449,6 +435,29 @@ impl EarlierCycle {
             friction: row(read("friction")?.1),
             motions: row(read("approach")?.1),
         })
+    }
+
+    /// Examines whether a result has the cycle `place` of branches along the key `along`: numbers of its cycles, of
+    /// parts of each motion and of functions.
+    pub fn examine(file: &Reader, (along, place): (&str, usize)) -> Result<[usize; 3]> {
+        let refused = |what: String| Err(Error::Input(format!("{}: {what}", file.path().display())));
+        if !file.has("/cycles/motion/coefficient") {
+            return refused(
+                "found neither /cycles/motion nor /sweep/cycles/motion, expected a result of analyses.cycles, or of \
+                 analyses.sweep.cycles with points that move"
+                    .into(),
+            );
+        }
+        let there = file.verified_text("/cycles/motion/along")?;
+        if there != along {
+            return refused(format!("found branches along \"{there}\", expected \"{along}\""));
+        }
+        let (shape, _) = file.numbers("/cycles/motion/coefficient")?;
+        let [count, parts, r] = shape[..] else { return refused("/cycles/motion/coefficient is damaged".into()) };
+        if place >= count {
+            return refused(format!("found {count} cycles, expected one with the number {place}, from 0"));
+        }
+        Ok([count, parts, r])
     }
 
     /// All of it but its place, in a row.

@@ -71,9 +71,31 @@ pub fn tables(shape: &[usize], all: &[Option<(usize, CycleMotion)>], models: &[M
     ]
 }
 
-/// Returns whether a result has motions of a sweep.
-pub fn present(file: &Reader) -> bool {
-    file.has(&format!("{GROUP}/displacement"))
+/// Returns whether a result has motions of a sweep, and no branches.
+pub fn is_of_sweep(file: &Reader) -> bool {
+    file.has(&format!("{GROUP}/displacement")) && !file.has("/cycles/motion")
+}
+
+/// Examines whether a point of a sweep over the key `along` moves: its period, s.
+pub fn examine(file: &Reader, (along, place): (&str, usize)) -> Result<f64> {
+    let refused = |what: String| Err(Error::Input(format!("{}: {what}", file.path().display())));
+    if !file.has(&format!("/sweep/values/{along}")) {
+        let keys = file.names("/sweep/values")?.join("\", \"");
+        return refused(format!("found a sweep over \"{keys}\", expected one over \"{along}\""));
+    }
+    let all = file.verified_numbers(&format!("{GROUP}/period"))?.1;
+    match all.get(place) {
+        None => refused(format!(
+            "found {} motions of limit cycles, expected one with the number {place}, from 0",
+            all.len()
+        )),
+        Some(&period) if period > 0.0 => Ok(period),
+        Some(_) => {
+            let moving: Vec<String> = (0..all.len()).filter(|&i| all[i] > 0.0).map(|i| i.to_string()).collect();
+            let moving = moving.join(", ");
+            refused(format!("found no motion at the number {place} of the sweep; these move: {moving}"))
+        }
+    }
 }
 
 /// The motion of the point `place` (of several branches of points those of the first come first) of a sweep over the
@@ -82,26 +104,10 @@ pub fn present(file: &Reader) -> bool {
 /// # Errors
 /// A sweep over another key, a point that does not move, or other modes.
 pub fn read(file: &Reader, (along, place): (&str, usize), modes: &MotionModes) -> Result<(f64, CycleMotion)> {
+    let period = examine(file, (along, place))?;
     let refused = |what: String| Error::Input(format!("{}: {what}", file.path().display()));
-    let values = format!("/sweep/values/{along}");
-    if !file.has(&values) {
-        let keys = file.names("/sweep/values")?.join("\", \"");
-        return Err(refused(format!("found a sweep over \"{keys}\", expected one over \"{along}\"")));
-    }
-    let keys = file.numbers(&values)?.1;
+    let keys = file.numbers(&format!("/sweep/values/{along}"))?.1;
     let read = |name: &str| file.verified_numbers(&format!("{GROUP}/{name}"));
-    let period = read("period")?.1;
-    let Some(&period) = period.get(place) else {
-        let text =
-            format!("found {} motions of limit cycles, expected one with the number {place}, from 0", period.len());
-        return Err(refused(text));
-    };
-    let moving = || read("period").map(|(_, all)| (0..all.len()).filter(|&i| all[i] > 0.0).collect::<Vec<_>>());
-    if !(period > 0.0) {
-        let moving: Vec<String> = moving()?.iter().map(usize::to_string).collect();
-        let text = format!("found no motion at the number {place} of the sweep; these move: {}", moving.join(", "));
-        return Err(refused(text));
-    }
     let damaged = || refused(format!("{GROUP} is damaged"));
     let row = |name: &str, row: usize, rows: usize| -> Result<Vec<f64>> {
         let (shape, all) = read(name)?;
