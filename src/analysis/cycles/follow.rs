@@ -1,7 +1,7 @@
 //! The walk along the branches, spread over the ranks.
 
 use super::search::{Clock, Search};
-use super::spread::{spread, Item};
+use super::spread::spread;
 use super::starts::{BranchOrigin, BranchStart, Candidate, FailedStart};
 use super::stored_branches::StoredBranches;
 use crate::cycles::branch::follow;
@@ -88,8 +88,13 @@ impl<'w, 'a> BranchFollower<'w, 'a> {
         Ok((starts, failed))
     }
 
-    /// Collective: the contact nodes over a period of each of the cycles that are [`shown`], on every rank.
-    pub(super) fn nodal_periods(&self, world: &World, branches: &[OneBranch]) -> Result<Vec<NodalPeriod>> {
+    /// Collective: the contact nodes over a period of each of the cycles that are [`shown`], on every rank; and why one
+    /// could not be marched again, the first of them.
+    pub(super) fn nodal_periods(
+        &self,
+        world: &World,
+        branches: &[OneBranch],
+    ) -> Result<(Vec<NodalPeriod>, Option<String>)> {
         let cycles = shown(branches, self.search.wanted.every);
         let firsts = branches.iter().scan(0, |sum, b| Some(std::mem::replace(sum, *sum + b.points.len())));
         let units: Vec<(usize, f64)> = firsts.zip(branches.iter().map(|b| b.unit)).collect();
@@ -100,11 +105,17 @@ impl<'w, 'a> BranchFollower<'w, 'a> {
             NodalPeriod::new(around, self.search.resolution(), (point, of_row(row))).map(|p| Some(p.numbers()))
         })?;
         let torn = || Error::Defect("limit cycles: a period was torn on its way".into());
-        let whole = |item: Option<Item>| match item.ok_or_else(torn)? {
-            Ok(numbers) => NodalPeriod::from_numbers(&numbers).ok_or_else(torn),
-            Err(why) => Err(Error::NotConverged(why)),
-        };
-        found.into_iter().map(whole).collect()
+        let (mut periods, mut lost) = (Vec::with_capacity(found.len()), None);
+        for item in found {
+            periods.push(match item.ok_or_else(torn)? {
+                Ok(numbers) => NodalPeriod::from_numbers(&numbers).ok_or_else(torn)?,
+                Err(why) => {
+                    lost.get_or_insert(why);
+                    NodalPeriod::default()
+                }
+            });
+        }
+        Ok((periods, lost))
     }
 
     /// Collective: the branches from the `starts`, in their order; one that lies on a branch before it is not another

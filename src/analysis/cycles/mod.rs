@@ -110,7 +110,7 @@ pub fn run(
     }
     let branches = walker.branches(world, &candidates, starts, run.progress)?;
     halt(&clock)?;
-    let nodal = walker.nodal_periods(world, &branches.all)?;
+    let (nodal, lost) = walker.nodal_periods(world, &branches.all)?;
     let sounding = match &wanted.sound_power {
         Some(sound) => {
             run.progress.stage("radiation of sound");
@@ -155,6 +155,12 @@ pub fn run(
         told.write(sounds.as_ref(), &mut run.summary);
         if let Some(curve) = &curve {
             run.summary.value("contacts over the radius", curve.text());
+        }
+        if let Some(why) = lost {
+            run.summary.fail(Error::NotConverged(format!(
+                "limit cycles: forces of the contact nodes over a period (/cycles/period) are missing, all else is in \
+                 the results: {why}"
+            )));
         }
         run.file.tables(tables);
     }

@@ -2,10 +2,10 @@
 
 use crate::cycles::{BranchPoint, NodalPeriod, Structure};
 use crate::grid::Interface;
+use crate::output::datasets::nodal_periods::nodal_tables;
 use crate::output::{Reader, Table};
 use crate::{Error, Result};
 use num_complex::Complex;
-use std::collections::BTreeSet;
 
 /// Multipliers that are written of a cycle.
 const WRITTEN: usize = 12;
@@ -210,47 +210,9 @@ impl BranchTables<'_> {
         ];
         let contacts = points.first().map_or(0, |p| p.cycle.contacts.len());
         all.extend((0..contacts).flat_map(|contact| self.of_contact(contact)));
-        all.extend(self.nodes_over_periods());
+        all.extend(nodal_tables(self.nodal));
         all.extend(self.motions());
         all
-    }
-
-    /// Reactions and statuses of the nodes that close in one of the periods.
-    fn nodes_over_periods(&self) -> Vec<Table> {
-        let nodes: BTreeSet<usize> = self.nodal.iter().flat_map(|p| p.nodes.iter().copied()).collect();
-        let (told, steps) = (self.nodal.len(), self.nodal.first().map_or(0, |p| p.state.len()));
-        let rows = || self.nodal.iter().flat_map(move |p| (0..steps).map(move |n| (p, n)));
-        let of = |p: &NodalPeriod, node: &usize| p.nodes.binary_search(node).ok();
-        let reaction = rows().flat_map(|(p, n)| {
-            let one = move |node: &usize| of(p, node).map_or([0.0; 3], |k| [0, 1, 2].map(|c| p.reaction[n][3 * k + c]));
-            nodes.iter().flat_map(one).collect::<Vec<f64>>()
-        });
-        let state = rows().flat_map(|(p, n)| {
-            nodes.iter().map(|node| of(p, node).map_or(0, |k| p.state[n][k] as i8)).collect::<Vec<i8>>()
-        });
-        let (reaction, state) = (reaction.collect::<Vec<f64>>(), state.collect::<Vec<i8>>());
-        vec![
-            Table::list(
-                "/cycles/period/node",
-                "1",
-                "Contact nodes that close in one of these periods, from 0, in the order of /cycles/motion/position.",
-                nodes.iter().map(|&i| i as i64).collect::<Vec<i64>>(),
-            ),
-            Table::new(
-                "/cycles/period/reaction",
-                "N",
-                "Contact forces (x, y, n) at these nodes over a period of each of these cycles.",
-                &[told, steps, nodes.len(), 3],
-                reaction,
-            ),
-            Table::new(
-                "/cycles/period/state",
-                "-",
-                "States of these nodes then: 0 open, 1 stick, 2 slip.",
-                &[told, steps, nodes.len()],
-                state,
-            ),
-        ]
     }
 
     /// The contact `number`, from 0, in all cycles; those of further ones are in groups of their own.

@@ -9,6 +9,7 @@ pub(crate) mod creep_curve;
 pub mod curving;
 pub(crate) mod cycle_motions;
 pub(crate) mod cycles;
+pub(crate) mod nodal_periods;
 pub mod placement;
 pub(crate) mod points;
 pub(crate) mod receptance;
