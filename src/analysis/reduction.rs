@@ -62,11 +62,11 @@ impl Reduction {
             }
         } else {
             let patches = interface.as_ref().map_or(&[][..], |s| &s.patches);
-            // Of contacts on other planes it is not known what they do to each other.
-            let place = if patches.len() > 1 { None } else { Some([0.0; 2]) };
-            let contacts: Vec<HalfSpaceContact> =
-                patches.iter().map(|p| HalfSpaceContact { lines: [&p.x, &p.y], place }).collect();
             for p in &bodies.places {
+                let position = |k: usize| p.positions.get(k).copied();
+                let on = patches.iter().enumerate();
+                let contacts: Vec<HalfSpaceContact> =
+                    on.map(|(k, s)| HalfSpaceContact { lines: [&s.x, &s.y], position: position(k) }).collect();
                 let body = HalfSpaceBody::with_contacts(world, p.name, half_space(p)?, &contacts);
                 parts.extend(body.compliance(&mut |_, _| {})?.map(ContactTrace::statics));
             }

@@ -8,7 +8,7 @@
 
 use super::hybrid::{self, Compact, ContactFunctions, Lines};
 use super::modes::Extent;
-use super::near_contacts::{add_between, dual_sides, NearPair};
+use super::near_contacts::{add_between, dual_sides, on_one_surface, ContactPosition, SurfacePosition};
 use super::{ElasticBody, Kind, ProgressFn, TraceModes};
 use crate::parallel::World;
 use crate::swept::LOADS;
@@ -164,8 +164,8 @@ pub struct HalfSpaceBody<'w> {
     name: String,
     material: HalfSpace,
     grids: Vec<Lines>,
-    /// Place of the origin of each grid on the surface, m; none of one that lies on another surface.
-    places: Vec<Option<[f64; 2]>>,
+    /// Position of each contact; none where it is not known.
+    positions: Vec<Option<SurfacePosition>>,
 }
 
 /// Contact of a half-space, on rank 0.
@@ -173,15 +173,14 @@ pub struct HalfSpaceBody<'w> {
 pub struct HalfSpaceContact<'a> {
     /// Lines of the grid along x and y, m.
     pub lines: [&'a [f64]; 2],
-    /// Place of its origin on the plane of the surface, in its own directions x and y, m; none of a contact on another
-    /// plane: nothing is known of what it does to the other ones, and it is left out.
-    pub place: Option<[f64; 2]>,
+    /// Its position on the body; none where it is not known: what it does to the other contacts is left out.
+    pub position: Option<SurfacePosition>,
 }
 
 impl<'w> HalfSpaceBody<'w> {
     /// The half-space `name` of a material; rank 0 gives the lines of the grid, m, `[nx]` and `[ny]`.
     pub fn new(world: &'w World, name: &str, material: HalfSpace, grid: Option<[&[f64]; 2]>) -> Self {
-        let contact = grid.map(|lines| HalfSpaceContact { lines, place: Some([0.0; 2]) });
+        let contact = grid.map(|lines| HalfSpaceContact { lines, position: None });
         Self::with_contacts(world, name, material, contact.as_slice())
     }
 
@@ -195,30 +194,32 @@ impl<'w> HalfSpaceBody<'w> {
         let count = world.broadcast(vec![contacts.len() as u64]).first().map_or(0, |&n| n as usize);
         let line = |k: usize, c: usize| world.broadcast(contacts.get(k).map_or(Vec::new(), |of| of.lines[c].to_vec()));
         let grids = (0..count).map(|k| [line(k, 0), line(k, 1)]).collect();
-        let place = |k: usize| {
-            let numbers = contacts.get(k).and_then(|of| of.place).map_or(Vec::new(), |place| place.to_vec());
-            <[f64; 2]>::try_from(world.broadcast(numbers)).ok()
+        let position = |k: usize| {
+            let numbers = |SurfacePosition { surface, position: ContactPosition { point, normal } }| {
+                [vec![surface as f64], [point, normal].concat()].concat()
+            };
+            match world.broadcast(contacts.get(k).and_then(|of| of.position).map_or(Vec::new(), numbers))[..] {
+                [surface, x, y, z, a, b, c] => {
+                    let position = ContactPosition { point: [x, y, z], normal: [a, b, c] };
+                    Some(SurfacePosition { surface: surface as usize, position })
+                }
+                _ => None,
+            }
         };
-        Self { world, name: name.into(), material, grids, places: (0..count).map(place).collect() }
+        Self { world, name: name.into(), material, grids, positions: (0..count).map(position).collect() }
     }
 
-    /// Compliance of all contact rows, m/N, `[3n, 3n]`: between two contacts on one plane the influence of the forces
-    /// on the nodes of one, each spread over its rectangle, on those of the other; of contacts on other planes none.
+    /// Compliance of all contact rows, m/N, `[3n, 3n]`: between two contacts on one surface the influence of the forces
+    /// on the nodes of one, each spread over its rectangle, on those of the other; none of others.
     fn matrix(&self) -> Result<Mat<f64>> {
-        self.material.of_contacts(&self.grids, &self.places)
+        self.material.of_contacts(&self.grids, &self.positions)
     }
 }
 
 impl HalfSpace {
-    fn of_contacts(&self, grids: &[Lines], places: &[Option<[f64; 2]>]) -> Result<Mat<f64>> {
+    fn of_contacts(&self, grids: &[Lines], positions: &[Option<SurfacePosition>]) -> Result<Mat<f64>> {
         let mut all = hybrid::half_spaces(self, grids)?;
-        let pair = |[c, d]: [usize; 2]| {
-            let (here, there) = (places[c]?, places[d]?);
-            Some(NearPair { contacts: [c, d], apart: [0, 1].map(|k| there[k] - here[k]), bend: 0.0 })
-        };
-        let pairs: Vec<NearPair> =
-            (0..grids.len()).flat_map(|d| (0..d).map(move |c| [c, d])).filter_map(pair).collect();
-        add_between(&mut all, self, (grids, &pairs), 1.0)?;
+        add_between(&mut all, self, (grids, &on_one_surface(positions, grids)), 1.0)?;
         Ok(all)
     }
 }
@@ -241,16 +242,14 @@ impl ElasticBody for HalfSpaceBody<'_> {
     }
 
     fn compact(&self) -> Result<Option<Compact>> {
-        // What one contact does to another one on the same plane is no matter of few functions.
-        let places = self.places.iter().flatten().count();
         let order = LOADS * self.grids.len();
-        let few = || Compact {
+        let near = on_one_surface(&self.positions, &self.grids);
+        Ok(Some(Compact {
             half_space: self.material,
-            near: Vec::new(),
+            near,
             beside: Mat::zeros(order, order),
             seen: Mat::zeros(order, 0),
-        };
-        Ok((places < 2).then(few))
+        }))
     }
 
     fn contact_functions(&self) -> Result<Option<ContactFunctions>> {
@@ -260,12 +259,13 @@ impl ElasticBody for HalfSpaceBody<'_> {
     }
 
     fn factorise(&mut self) -> Result<Option<String>> {
-        let unknown = self.places.iter().filter(|place| place.is_none()).count();
-        Ok((unknown > 0 && self.places.len() > 1).then(|| {
+        let contacts = self.grids.len();
+        let (all, known) =
+            (contacts * contacts.saturating_sub(1) / 2, on_one_surface(&self.positions, &self.grids).len());
+        Ok((known < all).then(|| {
             format!(
-                "half-space with {} contacts, {unknown} of them on another plane: what they do to the other ones is \
-                 left out",
-                self.places.len()
+                "half-space with {contacts} contacts: what they do to each other is known of {known} of {all} pairs, \
+                 and left out of the others"
             )
         }))
     }
@@ -424,16 +424,19 @@ mod tests {
         }
     }
 
-    /// Two contacts on one plane have the influence of one grid that spans both; the one on another plane has none.
+    /// Two contacts on one plane have the influence of one grid that spans both; those on two surfaces have none.
     #[test]
     fn contacts_on_one_plane_are_parts_of_one_grid() {
         let m = HalfSpace { young: 200.0, poisson: 0.3 };
         let line = |first: i32, n: i32| (first..first + n).map(|i| 0.25 * f64::from(i)).collect::<Vec<f64>>();
         let (whole, left, right, y) = (line(-2, 9), line(-2, 5), line(0, 4), line(-1, 3));
         let grids = [[left, y.clone()], [right, y.clone()]];
-        let body = |places: [Option<[f64; 2]>; 2]| m.of_contacts(&grids, &places).unwrap();
+        let at = |surface: usize, [x, y]: [f64; 2]| {
+            Some(SurfacePosition { surface, position: ContactPosition::straight([0.0, y], x, 0.0) })
+        };
+        let body = |positions: [Option<SurfacePosition>; 2]| m.of_contacts(&grids, &positions).unwrap();
         let all = m.compliance(&whole, &y).unwrap();
-        let found = body([Some([0.1, 0.3]), Some([0.1 + 0.75, 0.3])]);
+        let found = body([at(0, [0.1, 0.3]), at(0, [0.1 + 0.75, 0.3])]);
         assert_eq!(found.nrows(), all.nrows());
         // Nodes of the left grid, then those of the right one, among those of the whole.
         let place = |k: usize| match k < 15 {
@@ -446,8 +449,10 @@ mod tests {
                 assert!((found[(i, j)] - wanted).abs() < 1e-15, "{i} {j}: {} {wanted}", found[(i, j)]);
             }
         }
-        let apart = body([Some([0.0; 2]), None]);
-        assert!((0..45).all(|i| (45..81).all(|j| apart[(i, j)] == 0.0 && apart[(j, i)] == 0.0)));
+        for others in [at(1, [0.85, 0.3]), None] {
+            let apart = body([at(0, [0.1, 0.3]), others]);
+            assert!((0..45).all(|i| (45..81).all(|j| apart[(i, j)] == 0.0 && apart[(j, i)] == 0.0)));
+        }
     }
 
     #[test]

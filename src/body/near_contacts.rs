@@ -29,6 +29,15 @@ pub struct ContactPosition {
     pub normal: [f64; 3],
 }
 
+/// Position of a contact on one of the surfaces of a body, such as the running surface of one of its wheels.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SurfacePosition {
+    /// Number of the surface; half-spaces of two surfaces have no influence on each other.
+    pub surface: usize,
+    /// Position there.
+    pub position: ContactPosition,
+}
+
 /// Two contacts that act on each other through one half-space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearPair {
@@ -91,6 +100,11 @@ impl ContactPosition {
         let [x, y, z] = [0, 1, 2].map(|c| other.point[c] - self.point[c]);
         [x, y.signum() * y.hypot(z)]
     }
+
+    /// The pair of the contact here and the `other` one, with their numbers and grids.
+    fn paired(&self, other: &Self, contacts: [usize; 2], grids: [&Lines; 2]) -> NearPair {
+        NearPair { contacts, apart: beside_each_other(grids, self.apart(other)), bend: self.bend(other) }
+    }
 }
 
 /// The contacts on `grids` that act on each other through one half-space, with circles of these `radii`, m, and remarks
@@ -121,8 +135,7 @@ pub fn near_pairs(
                 )));
             }
             if angle < BENT && distance < NEAR * half(&grids[c]).max(half(&grids[d])) {
-                let apart = beside_each_other([&grids[c], &grids[d]], here.apart(there));
-                pairs.push(NearPair { contacts: [c, d], apart, bend: here.bend(there) });
+                pairs.push(here.paired(there, [c, d], [&grids[c], &grids[d]]));
             } else if angle >= BENT && distance < ROUGH * radii[c].max(radii[d]) {
                 remarks.push(format!(
                     "contacts {a} and {b} lie {:.2} mm apart, less than three radii of their circles, with normals \
@@ -133,6 +146,18 @@ pub fn near_pairs(
         }
     }
     Ok((pairs, remarks))
+}
+
+/// The contacts on `grids` of a half-space that act on each other: all on one surface, which may bend, whose normals
+/// differ by less than 1 rad. None of those whose position is not known.
+pub(super) fn on_one_surface(positions: &[Option<SurfacePosition>], grids: &[Lines]) -> Vec<NearPair> {
+    let pair = |[c, d]: [usize; 2]| {
+        let (one, other) = (positions[c]?, positions[d]?);
+        let (here, there) = (one.position, other.position);
+        let acts = one.surface == other.surface && here.angle(&there) < BENT;
+        acts.then(|| here.paired(&there, [c, d], [&grids[c], &grids[d]]))
+    };
+    (0..positions.len()).flat_map(|d| (0..d).map(move |c| [c, d])).filter_map(pair).collect()
 }
 
 /// Ends of the rectangles around the nodes of a line, m.

@@ -8,6 +8,7 @@ use crate::body::elements::{Elements, StaticMethod};
 use crate::body::fe::{BodyModes, FeBody};
 use crate::body::matrices::BodyMatrices;
 use crate::body::matrix_body::MatrixBody;
+use crate::body::near_contacts::SurfacePosition;
 use crate::body::rigid::Rigid;
 use crate::body::{ElasticBody, Fields, FullSystem, Side};
 use crate::eigen::sparse;
@@ -41,6 +42,8 @@ pub struct Place {
     pub body: usize,
     /// Grids of the contacts on the body, on rank 0; none without contact.
     pub grids: Vec<ContactGrid>,
+    /// Position of each of them on the body's surface; none where it is not known.
+    pub positions: Vec<SurfacePosition>,
     /// Nodes of a contact grid that are no nodes of the body's mesh as they lie on its surface, in the frame of the
     /// mesh in lower form, m, `[nx*ny]`, on rank 0.
     pub laid: Vec<[f64; 3]>,
@@ -66,7 +69,7 @@ impl Place {
     /// The place of a body by matrices, that with the index `body`.
     pub(super) fn by_matrices((name, side): (&'static str, Side), body: usize) -> Self {
         let (grids, laid, checksum) = (Vec::new(), Vec::new(), String::new());
-        Self { name, side, body, grids, laid, material: None, checksum }
+        Self { name, side, body, grids, positions: Vec::new(), laid, material: None, checksum }
     }
 
     /// The place of a body without a mesh, that with the index `body`.
@@ -76,7 +79,8 @@ impl Place {
         grids: Vec<ContactGrid>,
         material: ElasticMaterial,
     ) -> Self {
-        Self { name, side, body, grids, laid: Vec::new(), material: Some(material), checksum: String::new() }
+        let (positions, laid, checksum) = (Vec::new(), Vec::new(), String::new());
+        Self { name, side, body, grids, positions, laid, material: Some(material), checksum }
     }
 }
 
@@ -151,6 +155,7 @@ impl<'p> BuiltBodies<'p> {
                 side: Side::named(name)?,
                 body: if same { 0 } else { i },
                 grids: grid.into_iter().collect(),
+                positions: Vec::new(),
                 laid: laid.unwrap_or_default(),
                 material: Some(material_of(body)?),
                 checksum: mine.map(|m| m.mesh.checksum()).unwrap_or_default(),

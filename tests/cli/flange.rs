@@ -328,24 +328,14 @@ fn mistakes_about_places_are_told() {
             job["contact"]["placement"]["touch_near"] = json!(-0.03);
             job["contact"]["vertical_load"] = json!(60e3);
             job["contact"]["normal_load"] = Value::Null;
-            job["analyses"]["stability"]["full"] = json!({ "max_frequency": 500 });
             job["analyses"]["transient"] =
                 json!({ "duration": 1e-3, "histories": { "normal_load": [[0, 5e4], [1e-3, 6e4]] } });
         },
         &[
             "contact.placement.touch_near: names one place",
-            "analyses.stability.full: takes one contact",
             "analyses.transient.histories: normal_load or approach is given, but the contacts of the wheel share",
             "expected analyses.transient.histories.vertical_load",
         ],
-    );
-    told(
-        &|job| {
-            job["bodies"]["upper"]["mesh"] = json!({ "file": "wheel.msh" });
-            job["contact"]["vertical_load"] = json!(60e3);
-            (job["contact"]["normal_load"], job["contact"]["compliance"]) = (Value::Null, json!("fe"));
-        },
-        &["contact.compliance: \"fe\" takes one contact on mesh files", "expected \"hybrid\""],
     );
     told(
         &|job| {

@@ -144,54 +144,58 @@ impl Case {
 
     /// Two contacts of the program beside what CONTACT makes of both on one plane grid with one normal between theirs.
     ///
-    /// The height of the wheel agrees, which is 11 % off with one contact. Forces along the normals are added. On the
-    /// plane of CONTACT the rolling radius changes too much from one contact to the other, and so does the longitudinal
-    /// force.
+    /// Forces along the normals are added. On the plane of CONTACT the rolling radius changes too much from one contact
+    /// to the other, and so does the longitudinal force. Two humps of one contact act on each other there as here.
+    /// Contacts apart are parts of one grid whose influence on each other CONTACT multiplies by ((8 mm − d)/4 mm)^0.8 of
+    /// their distance d; of "right 11" these are some 0.1, by which the wheel lies 3 % too high and the first contact carries
+    /// less. Without any influence the program has the height within 0.4 %, with one contact alone 11 % off.
     fn compare_two(&self, found: &[Contact]) {
         let height = |approach: f64, angle: f64| 1e6 * approach / angle.cos();
         let wanted = height(1e-3 * self.at("approach"), self.at("angle"));
-        found.iter().for_each(|c| self.close("height", height(c.approach, c.angle), wanted, 6e-3 * wanted));
+        let apart = self.at("stick") == 0.0;
+        for c in found {
+            let excess = height(c.approach, c.angle) / wanted - 1.0;
+            let range = if apart { 0.02..0.04 } else { -6e-3..6e-3 };
+            assert!(range.contains(&excess), "{}: the wheel lies {excess} of its height lower", self.name);
+        }
         let sum = |k: usize| found.iter().map(|c| c.force[k]).sum::<f64>();
         let normal = self.at("normal");
         self.close("normal forces", -sum(2), normal, 3e-3 * normal);
         self.close("forces to the right", sum(1), self.at("fs"), 6e-3 * 0.3 * normal);
-        self.close("forces forwards", -sum(0), self.at("fx"), 0.02 * 0.3 * normal);
+        self.close("forces forwards", -sum(0), self.at("fx"), 0.03 * 0.3 * normal);
         let peak = self.at("pressure");
-        self.close("largest pressure", 1e-6 * found[0].pressure, peak, 0.01 * peak);
+        self.close("largest pressure", 1e-6 * found[0].pressure, peak, if apart { 0.025 } else { 0.01 } * peak);
         let angle = found.iter().map(|c| c.angle * c.force[2]).sum::<f64>() / sum(2);
         self.close("mean angle", angle, self.at("angle"), 0.03);
-        assert!(found.iter().all(|c| -c.force[2] > 1e3 && c.stick == 0.0), "{}", self.name);
+        assert!(found.iter().all(|c| -c.force[2] > 1e3 && (c.stick > 0.0) != apart), "{}", self.name);
     }
 }
 
-/// Every case of the benchmark beside CONTACT. In the middle of the track the tread has two humps on one contact, which
-/// takes one grid: on half-spaces two grids on planes that lean against each other are without influence on each other,
-/// and the summary warns that wheel and rail conform there.
+/// Every case of the benchmark beside CONTACT. In the middle of the track the tread has two humps on one contact: two
+/// grids in planes that lean against each other, or one that spans both.
 #[test]
 #[ignore = "long: scripts/validate long"]
 fn all_cases_of_the_manchester_benchmark_are_those_of_contact() {
-    let cases = manchester();
     let mut counts = [0; 3];
-    for case in &cases {
+    for case in &manchester() {
         let mut job = case.job();
-        if case.at("lateral") == 0.0 {
-            let ran = Folder::with(job.to_string()).call(1, "run", &[]);
-            assert!(ran.good().out.contains("ends where another contact of the wheel begins"), "{}", ran.out);
-            job["contact"]["vertical_load"] = Value::Null;
-            job["contact"]["normal_load"] = json!(case.at("normal"));
-            job["contact"]["places"] = json!("one");
-        }
         let contacts = Contact::all(&results(&job));
         counts[contacts.len() - 1] += 1;
         match &contacts[..] {
             [one] => case.compare(one),
             several => case.compare_two(several),
         }
+        if case.at("lateral") == 0.0 {
+            job["contact"]["vertical_load"] = Value::Null;
+            job["contact"]["normal_load"] = json!(case.at("normal"));
+            job["contact"]["places"] = json!("one");
+            case.compare(&Contact::all(&results(&job))[0]);
+        }
     }
-    assert_eq!(counts, [41, 1, 0], "right 11 has two contacts");
+    assert_eq!(counts, [39, 3, 0], "right 11 and the middle of the track have two contacts");
 }
 
-/// The case with two contacts, whose height is 11 % off with one of them, and its mirror image.
+/// The case with two contacts apart, and its mirror image.
 #[test]
 fn root_and_gauge_corner_of_the_manchester_benchmark_are_solved_at_once() {
     let cases = manchester();

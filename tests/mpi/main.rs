@@ -75,6 +75,7 @@ const TESTS: &[Test] = &[
     ("stability::modal_damping_of_a_mirror_image", stability::modal_damping_of_a_mirror_image),
     ("stability::modal_against_rayleigh_damping", stability::modal_against_rayleigh_damping),
     ("stability::ranks_without_rows", stability::ranks_without_rows),
+    ("stability::several_contacts", stability::several_contacts),
     ("stability::backward_errors", stability::backward_errors),
     ("stability::transposed_system", stability::transposed_system),
     ("stability::inaccurate_pairs_are_refused", stability::inaccurate_pairs_are_refused),

@@ -47,26 +47,36 @@ fn supported(
     fixed: &[String],
     supports: &[Support],
 ) -> FeBody {
+    touched(world, (name, layers, young), &["contact"], (fixed, supports))
+}
+
+/// The same, touched at each of `groups`: "contact", all of the upper face, or "strip 0" to "strip 2", parts of it
+/// along x.
+fn touched(
+    world: &World,
+    (name, layers, young): (&str, usize, f64),
+    groups: &[&str],
+    held: (&[String], &[Support]),
+) -> FeBody {
     let depth = 0.05 * layers as f64;
     let mut mesh = block([4, 3, layers], [0.2, 0.15, depth], |x| x);
     for p in &mut mesh.nodes {
         *p = [p[0] - 0.1, p[1] - 0.075, p[2] - depth];
     }
     let row = |j: usize, z: usize| (5 * (j + 4 * z)) as u32;
-    let face = |z: usize| -> Vec<[u32; 4]> {
-        (0..3)
-            .flat_map(|j| {
-                (0..4u32).map(move |i| [row(j, z) + i, row(j, z) + i + 1, row(j + 1, z) + i + 1, row(j + 1, z) + i])
-            })
-            .collect()
+    let strip = |j: usize, z: usize| -> Vec<[u32; 4]> {
+        let face = |i: u32| [row(j, z) + i, row(j, z) + i + 1, row(j + 1, z) + i + 1, row(j + 1, z) + i];
+        (0..4).map(face).collect()
     };
+    let face = |z: usize| (0..3).flat_map(|j| strip(j, z)).collect::<Vec<_>>();
     group(&mut mesh, "contact", &face(layers));
+    (0..3).for_each(|j| group(&mut mesh, &format!("strip {j}"), &strip(j, layers)));
     group(&mut mesh, "foot", &face(0));
-    let grid = world.is_root().then(|| ContactGrid::from_mesh(&mesh, "contact").unwrap());
+    let of = |name: &&str| ContactGrid::from_mesh(&mesh, name).unwrap();
+    let grids: Vec<ContactGrid> = groups.iter().filter(|_| world.is_root()).map(of).collect();
     let material = ElasticMaterial { young, poisson: 0.3, density: 7800.0 };
-    let mesh = world.is_root().then_some(&mesh);
-    let contacts: Vec<MeshContact> = grid.iter().map(|grid| MeshContact { grid, along: 0.0 }).collect();
-    FeBody::held(world, name, mesh, &contacts, material, (fixed, supports)).unwrap()
+    let contacts: Vec<MeshContact> = grids.iter().map(|grid| MeshContact { grid, along: 0.0 }).collect();
+    FeBody::held(world, name, world.is_root().then_some(&mesh), &contacts, material, held).unwrap()
 }
 
 /// Six closed nodes in the middle of the 5 × 4 grid; forces, directions and velocities differ from node to node.
@@ -561,6 +571,27 @@ pub fn bodies_that_rotate(world: &World) {
     }
     // Mirror images, of which one stands still.
     compare_blocks(world, &bodies[..1], &[lower, DampedBody::rayleigh(0, damping)], &contact());
+}
+
+/// Bodies that touch in two strips beside each other, at the nodes of one contact: the nodes of both grids, one after
+/// the other, are those of the one, and so are the eigenvalues.
+pub fn several_contacts(world: &World) {
+    let damping = RayleighDamping { alpha: 5.0, beta: 1e-7 };
+    let places = [0, 1].map(|body| DampedBody::rayleigh(body, damping));
+    let [one, two] = [&["contact"][..], &["strip 0", "strip 2"]].map(|groups| {
+        let foot = (&["foot".into()][..], &[][..]);
+        let body = |of: (&str, usize, f64)| touched(world, of, groups, foot);
+        [body(("lower", 2, 205e9)), body(("upper", 1, 150e9))]
+    });
+    assert_eq!(one[0].trace.dofs(), two[0].trace.dofs());
+    let Reference { exact, .. } = Reference::new(world, &one, &places, &contact());
+    compare(world, &two, places.clone(), &contact());
+    let found = solved(world, (&two, &places), &contact(), &exact, (1e-10, Method::Blocks)).unwrap();
+    assert!(found.pairs.len() > 10, "{} pairs", found.pairs.len());
+    for pair in &found.pairs {
+        let apart = exact.iter().map(|e| (e - pair.value).norm()).fold(f64::INFINITY, f64::min);
+        assert!(apart < 1e-9 * pair.value.norm(), "{}: {apart:e}", pair.value);
+    }
 }
 
 /// A bar along x of which one end is free, on either side, so that on several ranks some have no rows at all, or none

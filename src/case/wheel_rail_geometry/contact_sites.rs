@@ -2,7 +2,8 @@
 
 use super::{common_lines, missing, PlacedContact};
 use crate::body::averaged_trace::MeshContact;
-use crate::body::half_space::{HalfSpace, HalfSpaceBody};
+use crate::body::half_space::{HalfSpace, HalfSpaceBody, HalfSpaceContact};
+use crate::body::near_contacts::{ContactPosition, SurfacePosition};
 use crate::body::Side;
 use crate::case::bodies::{material_of, of_elements, BuiltBodies, Place};
 use crate::case::meshes::Meshes;
@@ -89,8 +90,13 @@ pub(crate) fn build<'p>(
                 }
                 _ => {
                     let m = body.elastic()?;
-                    let grid = Some([&first.lines[0][..], &first.lines[1][..]]).filter(|_| touched);
-                    Box::new(HalfSpaceBody::new(world, name, HalfSpace { young: m.young, poisson: m.poisson }, grid))
+                    let place = |site| Some(ContactSite::position(site, first, side));
+                    let on = sites.iter().filter(|_| touched);
+                    let contacts: Vec<HalfSpaceContact> = on
+                        .map(|site| HalfSpaceContact { lines: [&site.lines[0], &site.lines[1]], position: place(site) })
+                        .collect();
+                    let material = HalfSpace { young: m.young, poisson: m.poisson };
+                    Box::new(HalfSpaceBody::with_contacts(world, name, material, &contacts))
                 }
             });
         }
@@ -101,7 +107,13 @@ pub(crate) fn build<'p>(
         })?;
         let laid = laid.unwrap_or_default();
         let checksum = stands.first().map(|(s, _)| s.mesh.checksum()).unwrap_or_default();
-        bodies.places.push(Place { checksum, laid, ..Place::meshless((name, side), index, grids, material_of(body)?) });
+        let positions = sites.iter().map(|site| site.position(first, side)).collect();
+        bodies.places.push(Place {
+            checksum,
+            laid,
+            positions,
+            ..Place::meshless((name, side), index, grids, material_of(body)?)
+        });
     }
     Ok(bodies)
 }
@@ -144,6 +156,17 @@ struct ContactSite {
 }
 
 impl ContactSite {
+    /// Position on the running surface of the wheel or on the rail, along x from that of the `first` contact.
+    fn position(&self, first: &Self, side: Side) -> SurfacePosition {
+        let along = match side {
+            Side::Lower => first.ahead - self.ahead,
+            Side::Upper => first.from_axle - self.from_axle,
+        };
+        let seat = self.seats[side.index()];
+        let position = ContactPosition::straight([seat.z, seat.y], along, -seat.tilt);
+        SurfacePosition { surface: usize::from(self.side == job::TrackSide::Right), position }
+    }
+
     /// Collective: the contacts that rank 0 has `placed`.
     pub(super) fn all(world: &World, placed: &[PlacedContact]) -> Result<Vec<Self>> {
         let seats = |p: &PlacedContact| p.placed.seats(&p.frame).map_err(|e| e.context("contact.placement"));

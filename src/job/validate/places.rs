@@ -265,22 +265,11 @@ fn check_analyses(job: &Job, contact: &Contact, several: &SeveralContacts, fault
              mesh.extruded), or half-spaces without meshes"
         ));
     }
-    if on_meshes.is_some() && contact.compliance == Compliance::Fe {
-        faults.push(format!(
-            "contact.compliance: \"fe\" takes one contact on mesh files; expected \"hybrid\", or {without}"
-        ));
-    }
     let analyses = &job.analyses;
     if analyses.transient.as_ref().is_some_and(|t| t.model == TransientModel::Full) {
         faults.push(format!(
             "analyses.transient.model: found \"full\", which takes one contact; expected {without}, or a transient on \
              the modes"
-        ));
-    }
-    if analyses.stability.as_ref().is_some_and(|s| s.full.is_some()) {
-        faults.push(format!(
-            "analyses.stability.full: takes one contact; expected {without}, or a job with modes, steady, \
-             creep_curve, stability on the reduced model, sweep, uncertainty and transient"
         ));
     }
 }
