@@ -146,9 +146,10 @@ impl Case {
     ///
     /// Forces along the normals are added. On the plane of CONTACT the rolling radius changes too much from one contact
     /// to the other, and so does the longitudinal force. Two humps of one contact act on each other there as here.
-    /// Contacts apart are parts of one grid whose influence on each other CONTACT multiplies by ((8 mm − d)/4 mm)^0.8 of
-    /// their distance d; of "right 11" these are some 0.1, by which the wheel lies 3 % too high and the first contact carries
-    /// less. Without any influence the program has the height within 0.4 %, with one contact alone 11 % off.
+    /// Contacts apart are parts of one grid whose influence on each other CONTACT multiplies by ((8 mm − d)/4 mm)^0.8
+    /// of their distance d; of "right 11" these are some 0.1, by which the wheel lies 3 % too high and the first
+    /// contact carries less. Without any influence the program has the height within 0.4 %, with one contact alone 11 %
+    /// off.
     fn compare_two(&self, found: &[Contact]) {
         let height = |approach: f64, angle: f64| 1e6 * approach / angle.cos();
         let wanted = height(1e-3 * self.at("approach"), self.at("angle"));
