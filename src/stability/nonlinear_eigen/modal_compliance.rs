@@ -31,6 +31,7 @@ const CONDITION: f64 = 1e9;
 const KEPT: usize = 64;
 
 /// A mode by itself.
+#[derive(Clone)]
 struct SingleMode {
     mode: usize,
     stiffness: f64,
@@ -63,8 +64,8 @@ pub(super) struct ModePoles {
     right: Mat<f64>,
     /// How each of these is read off the modes.
     readings: Vec<Reading>,
-    /// Coupling of forces on the modes to each of these, `[terms, modes]`.
-    onto: Mat<C>,
+    /// Coupling of forces on the modes to each of these, real parts and then imaginary ones, `[2 terms, modes]`.
+    onto: Mat<f64>,
 }
 
 /// The motion at a pole is a·q + b·λq of the modes: squares of the norms of a and b, and aᴴb.
@@ -120,7 +121,14 @@ impl ModePoles {
                 v.im
             }
         });
-        let onto = Mat::from_fn(t, s, |i, j| inverse[(kept[i], s + j)] / rate);
+        let onto = Mat::from_fn(2 * t, s, |i, j| {
+            let v = inverse[(kept[i % t], s + j)] / rate;
+            if i < t {
+                v.re
+            } else {
+                v.im
+            }
+        });
         let reading = |&i: &usize| {
             let part = |first: usize, unit: f64| (0..s).map(|j| inverse[(i, first + j)] / unit).collect::<Vec<C>>();
             Reading::of(&part(0, 1.0), &part(s, rate))
@@ -273,27 +281,34 @@ impl ModalCompliance {
         let found = functions(factors.amplitudes.clone(), (FEW * m as f64) as usize)?;
         let basis = Mat::from_fn(found.len(), m, |i, j| found[i][j]);
         let blocks = [[0, found.len()]; 2];
-        Self::with_basis(bodies, (basis, blocks), within, memory)
+        // Places of one body differ by the amplitudes alone.
+        let last = memory.modes().filter(|last| last.of.is_of(bodies, within));
+        Self::with_basis(bodies, (basis, blocks), (within, last.as_deref()), memory)
     }
 
     fn new(bodies: &CoupledModel, psi: &Mat<f64>, within: f64, memory: &SpectrumMemory) -> Option<Self> {
         let (m, lower) = (bodies.omega.len(), bodies.lower_modes);
-        Self::with_basis(bodies, basis(psi, [(0, lower), (lower, m)])?, within, memory)
+        Self::with_basis(bodies, basis(psi, [(0, lower), (lower, m)])?, (within, None), memory)
     }
 
-    /// The modes with these amplitudes of the functions, of which each body has those from a first one on, so many.
+    /// The modes with these amplitudes of the functions, of which each body has those from a first one on, so many; a
+    /// body with the stiffness and damping of the `last` state has the modes of that.
     fn with_basis(
         bodies: &CoupledModel,
         (basis, blocks): (Mat<f64>, [[usize; 2]; 2]),
-        within: f64,
+        (within, last): (f64, Option<&Self>),
         memory: &SpectrumMemory,
     ) -> Option<Self> {
         let (m, lower) = (bodies.omega.len(), bodies.lower_modes);
         let ends = [(0, lower), (lower, m)];
         let mut parts = Vec::new();
-        for ((first, end), [at, count]) in ends.into_iter().zip(blocks) {
+        for (k, ((first, end), [at, count])) in ends.into_iter().zip(blocks).enumerate() {
             let own = (basis.as_ref().subrows(at, count), at);
-            parts.push(Rc::new(ModeSet::new(bodies, (first, end), own, memory)?));
+            let known = last.filter(|last| last.of.is_alike(bodies, first, end));
+            parts.push(Rc::new(match known {
+                Some(known) => known.parts[k].elsewhere(own),
+                None => ModeSet::new(bodies, (first, end), own, memory)?,
+            }));
         }
         Self::of_parts(bodies, (parts, within), basis)
     }

@@ -5,6 +5,7 @@ use crate::model::CoupledModel;
 use crate::stability::nonlinear_eigen::pole_sums::PoleSums;
 use crate::stability::nonlinear_eigen::{SpectrumMemory, C};
 use faer::{Mat, MatRef};
+use std::rc::Rc;
 
 impl ModeSet {
     /// The modes from `first` to before `end`, whose amplitudes of the functions are in `basis`, `[functions, modes
@@ -15,11 +16,11 @@ impl ModeSet {
         (basis, at): (MatRef<'_, f64>, usize),
         memory: &SpectrumMemory,
     ) -> Option<Self> {
-        let functions = basis.nrows();
         let (mut singles, mut groups) = (Vec::new(), Vec::new());
         for modes in coupled(bodies, first, end) {
             if modes.len() > 1 {
-                groups.push(CoupledModes::new(bodies, modes, basis, memory)?);
+                let own = ModePoles::of(bodies.stiffness.submatrix(&modes), bodies.damping.submatrix(&modes), memory)?;
+                groups.push(CoupledModes::new(own, modes, basis));
                 continue;
             }
             let mode = modes[0];
@@ -29,6 +30,21 @@ impl ModeSet {
             }
             singles.push(SingleMode { mode, stiffness, damping });
         }
+        Some(Self::of_modes((singles, groups), (basis, at)))
+    }
+
+    /// The same modes with other amplitudes of the functions.
+    pub(super) fn elsewhere(&self, (basis, at): (MatRef<'_, f64>, usize)) -> Self {
+        let group = |g: &CoupledModes| CoupledModes::new(g.own.clone(), g.modes.clone(), basis);
+        Self::of_modes((self.singles.clone(), self.groups.iter().map(group).collect()), (basis, at))
+    }
+
+    /// Modes by themselves and coupled ones, with their amplitudes of the functions.
+    fn of_modes(
+        (singles, groups): (Vec<SingleMode>, Vec<CoupledModes>),
+        (basis, at): (MatRef<'_, f64>, usize),
+    ) -> Self {
+        let functions = basis.nrows();
         let amplitudes = Mat::from_fn(singles.len(), functions, |t, i| basis[(i, singles[t].mode)]);
         let of = |real: bool| {
             let all = groups.iter().flat_map(|g: &CoupledModes| g.own.terms.iter());
@@ -70,7 +86,7 @@ impl ModeSet {
                 }
             }
         }
-        Some(Self { first: at, functions, singles, amplitudes, groups, terms, symmetric, residues })
+        Self { first: at, functions, singles, amplitudes, groups, terms, symmetric, residues }
     }
 
     /// Its own of the forces on all functions, `[functions, forces]`.
@@ -131,16 +147,12 @@ impl ModeSet {
 }
 
 impl CoupledModes {
-    pub(super) fn new(
-        bodies: &CoupledModel,
-        modes: Vec<usize>,
-        basis: MatRef<'_, f64>,
-        memory: &SpectrumMemory,
-    ) -> Option<Self> {
-        let s = modes.len();
-        let own = ModePoles::of(bodies.stiffness.submatrix(&modes), bodies.damping.submatrix(&modes), memory)?;
-        let driven = &own.onto * Mat::from_fn(s, basis.nrows(), |i, j| C::from(basis[(j, modes[i])]));
-        Some(Self { modes, own, driven })
+    /// These `modes` with their amplitudes of the functions in `basis`.
+    fn new(own: Rc<ModePoles>, modes: Vec<usize>, basis: MatRef<'_, f64>) -> Self {
+        let onto = &own.onto * Mat::from_fn(modes.len(), basis.nrows(), |i, j| basis[(j, modes[i])]);
+        let t = own.terms.len();
+        let driven = Mat::from_fn(t, basis.nrows(), |i, j| C::new(onto[(i, j)], onto[(t + i, j)]));
+        Self { modes, own, driven }
     }
 
     /// No more than the square of the norm of [`motions`](Self::motions) for each of `values`: as much as is read off
