@@ -4,6 +4,7 @@ use super::interrupted::{same, start, wait_for};
 use super::program::*;
 use num_complex::Complex64;
 use serde_json::{json, Value};
+use std::f64::consts::TAU;
 use std::process::Command;
 
 fn read<T: hdf5::H5Type>(folder: &Folder, file: &str, name: &str) -> Vec<T> {
@@ -267,4 +268,38 @@ fn all_places_of_both_wheels_are_solved_at_once() {
     }
     let rates: Vec<f64> = read(&folder, "job.h5", "stability/growth_rate");
     assert!(rates.len() > 8 && rates.iter().all(|rate| rate.is_finite()), "{rates:?}");
+}
+
+/// Friction that falls with the velocity feeds the torsion of the axle of a wheelset in traction. By itself this mode
+/// grows as σ = ½ Σ_c F′ ψ_c² − ½ η ω: ψ_c is its motion along the rail at the contact c, η its loss factor, and F′ the
+/// change of the steady creep force with the creep velocity, from two more solutions. Both wheels slip alike, and turn
+/// against each other.
+#[test]
+#[ignore = "long: scripts/validate long"]
+fn falling_friction_feeds_the_torsion_of_a_wheelset_in_traction() {
+    let mut job = job("wheelset-traction.json");
+    let folder = Folder::with(job.to_string());
+    folder.call(1, "run", &[]).good();
+    let model = folder.text("job.h5");
+    let read = |file: &str, name: &str| read::<f64>(&folder, file, name);
+    // The frequency of the axle that is fixed in its middle.
+    let torsion = read("job.h5", "reduced/upper/omega").iter().position(|w| (w / TAU - 62.6).abs() < 0.5);
+    let torsion = torsion.expect("the torsion of the axle");
+    let modes = read("job.h5", "reduced/upper/omega").len();
+    let shapes = read("job.h5", "reduced/upper/function_modes");
+    let psi = [0, 9].map(|row| shapes[row * modes + torsion]);
+    assert!((psi[0] + psi[1]).abs() < 1e-6 * psi[0].abs(), "{psi:?}");
+    job["analyses"] = json!({ "modes": { "max_frequency": 1000 }, "steady": { "tolerance": 1e-10 } });
+    let forces = [-0.0199, -0.0201].map(|creepage| {
+        job["contact"]["placement"]["creepage"]["longitudinal"] = json!(creepage);
+        std::fs::write(folder.path("job.json"), job.to_string()).expect("the job");
+        folder.call(1, "run", &["--reuse", &model, "--output", &folder.text("near.h5"), "--force"]).good();
+        ["contact/force", "contact_2/force"].map(|name| read("near.h5", name)[0])
+    });
+    let slope = [0, 1].map(|c| (forces[0][c] - forces[1][c]) / (10.0 * 2e-4));
+    let omega = TAU * 62.6;
+    let wanted = 0.5 * (slope[0] * psi[0] * psi[0] + slope[1] * psi[1] * psi[1]) - 0.5 * 0.002 * omega;
+    let (frequency, growth) = (read("job.h5", "stability/frequency"), read("job.h5", "stability/growth_rate"));
+    let found = frequency.iter().position(|f| (f - 61.2).abs() < 1.0).expect("a torsional vibration");
+    assert!((growth[found] / wanted - 1.0).abs() < 0.03, "{} 1/s, by the creep force {wanted}", growth[found]);
 }
