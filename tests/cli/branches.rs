@@ -280,6 +280,7 @@ fn a_branch_over_the_radius_needs_a_curve() {
 /// Damping, and the speed of bodies that rotate, change the modes along the branch: a cycle on it is that of a job with
 /// this damping or speed.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn a_branch_over_damping_or_speed_has_the_modes_of_each_value() {
     for (key, pointer, [from, to]) in [
         ("bodies.upper.damping.beta", "/bodies/upper/damping/beta", [2e-7, 3e-6]),

@@ -104,6 +104,7 @@ fn limit_cycles_are_the_same_on_two_ranks_and_after_a_stop() {
 
 /// Samples of a study are as loud as the limit cycle that a sweep gives at their values; stable ones are silent.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn samples_are_as_loud_as_their_limit_cycles() {
     let mut cycles = quick();
     cycles["harmonics"] = json!(8);

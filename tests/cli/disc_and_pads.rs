@@ -72,6 +72,7 @@ fn each_pad_bears_its_force_and_two_ranks_find_the_same() {
 /// The brake seen from its other side has its pads exchanged, and turning the other way it is its own mirror image:
 /// the frames of both faces and the sign of what the disc carries.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn mirror_images_of_the_brake_have_the_same_eigenvalues() {
     let (one, other) = ((1500.0, 0.3), (2500.0, 0.5));
     let found = eigenvalues(&brake(1.0, |job| pads(job, [one, other])), 1);
@@ -93,6 +94,7 @@ fn mirror_images_of_the_brake_have_the_same_eigenvalues() {
 /// Pads without mass and stiffness leave the disc its waves, with friction and without: those of the disc by itself,
 /// split by its rotation, and at rest its modes.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn pads_that_weigh_nothing_leave_the_disc_its_waves() {
     for (friction, rotation, split) in [(0.0, 50.0, true), (0.3, 50.0, true), (0.3, 1e-3, false)] {
         let folder = brake(1e-7, |job| {
@@ -115,6 +117,7 @@ fn pads_that_weigh_nothing_leave_the_disc_its_waves() {
 
 /// A disc by its drawing, whose faces are physical curves, is the one by its dimensions but for the meshes.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn a_drawn_disc_is_that_of_its_dimensions() {
     let built = eigenvalues(&brake(1.0, |_| {}), 1);
     let folder = brake(1.0, |job| {
@@ -153,6 +156,7 @@ fn a_drawn_disc_is_that_of_its_dimensions() {
 
 /// Sensitivities are the slopes of a sweep, whose points have their own speed and friction.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn points_of_a_sweep_are_jobs_of_their_own() {
     let step = 1e-4;
     let folder = brake(1.0, |job| {

@@ -125,6 +125,7 @@ fn measured_shape(folder: &Folder, mode: usize, own: impl Fn(&[f64]) -> [f64; 3]
 /// A measured shape finds its mode: of a swept wheel at points about its axle, and of a mesh at points of the result
 /// file, on one rank and on two. Beside the body, or with other axes, it is refused.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn measured_shapes_find_their_modes() {
     let mut swept = job_with(json!([]));
     swept["output"] = json!({ "fields": false, "swept_modes": true });

@@ -41,6 +41,7 @@ fn the_number_of_ranks_does_not_matter() {
 
 /// Without the compliance, by corrections from static solves: the same forces as with it, on two unlike bodies.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn multigrid_gives_the_forces_of_the_factorisation() {
     multigrid_is_the_factorisation(70e9, json!({ "approach": 1.2e-4 }));
 }
@@ -389,6 +390,7 @@ fn check_modes(folder: &Folder, job: &serde_json::Value) {
 /// Loss factors mean the same in both systems: the modes kept are damped, the rest is not. Shapes and their energies
 /// with it.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn modal_damping_is_that_of_the_full_system_too() {
     modal_damping_on(&[2]);
 }

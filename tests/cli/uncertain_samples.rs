@@ -9,6 +9,7 @@ use std::f64::consts::PI;
 
 /// Radius of the curve and axle load of a built-in bogie are uncertain: a sample is a run of its own with these values.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn samples_in_a_curve_are_runs_of_their_own() {
     let keys = ["curve.radius", "vehicle.axle_load"];
     let mut job = job("uncertain-curve.json");

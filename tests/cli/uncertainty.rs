@@ -210,6 +210,7 @@ pub(super) fn swept(inputs: Value) -> Value {
 /// From stick to slip modes change too much for the base points. Samples that go astray there begin from some of them:
 /// to the eigenvalues of the dense pencil, the same on two ranks and after a stop.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn samples_that_go_astray_begin_from_some_of_them() {
     let folder = Folder::with(
         swept(json!([
@@ -353,6 +354,7 @@ fn interpolated_places_go_on_after_a_stop() {
 
 /// Bodies are interpolated over a part of their profiles: the run itself compares them with those computed.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn bodies_are_interpolated_over_their_profiles() {
     let (mut job, _) = at_places();
     let inputs = &mut job["analyses"]["uncertainty"]["inputs"];

@@ -18,6 +18,7 @@ fn wheelset() -> Value {
 /// The inner wheel of a right curve is the right-hand one, that of a left curve the left-hand one: mirror images, with
 /// equal eigenvalues. Modes carry their parity, free torsion is the first, and some mode squeals.
 #[test]
+#[ignore = "long: scripts/validate long"]
 fn the_right_hand_wheel_is_the_mirror_image_of_the_left_hand_one() {
     let mut job = wheelset();
     let right = Folder::with(job.to_string());
@@ -215,14 +216,12 @@ fn mistakes_about_both_wheels_are_told() {
     );
     told(
         &|job| {
-            job["analyses"]["stability"]["full"] = json!({ "max_frequency": 500 });
             (job["curve"], job["vehicle"], job["contact"]["from"]) = (Value::Null, Value::Null, Value::Null);
             (job["contact"]["normal_load"], job["contact"]["speed"]) = (json!(60e3), json!(10));
             job["contact"]["placement"] =
                 json!({ "side": "right", "radius": 0.46, "circles": 1.54, "touch_near": 0.0 });
         },
         &[
-            "stability.full: takes one contact; expected contact.wheels = \"one\", or a job with modes",
             "found running circles 1.54 m apart",
             "contact.placement.touch_near: names one place",
         ],
