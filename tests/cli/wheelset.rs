@@ -221,9 +221,6 @@ fn mistakes_about_both_wheels_are_told() {
             job["contact"]["placement"] =
                 json!({ "side": "right", "radius": 0.46, "circles": 1.54, "touch_near": 0.0 });
         },
-        &[
-            "found running circles 1.54 m apart",
-            "contact.placement.touch_near: names one place",
-        ],
+        &["found running circles 1.54 m apart", "contact.placement.touch_near: names one place"],
     );
 }
