@@ -29,15 +29,6 @@ pub struct ContactPosition {
     pub normal: [f64; 3],
 }
 
-/// Position of a contact on one of the surfaces of a body, such as the running surface of one of its wheels.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SurfacePosition {
-    /// Number of the surface; half-spaces of two surfaces have no influence on each other.
-    pub surface: usize,
-    /// Position there.
-    pub position: ContactPosition,
-}
-
 /// Two contacts that act on each other through one half-space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct NearPair {
@@ -148,14 +139,12 @@ pub fn near_pairs(
     Ok((pairs, remarks))
 }
 
-/// The contacts on `grids` of a half-space that act on each other: all on one surface, which may bend, whose normals
-/// differ by less than 1 rad. None of those whose position is not known.
-pub(super) fn on_one_surface(positions: &[Option<SurfacePosition>], grids: &[Lines]) -> Vec<NearPair> {
+/// The contacts on `grids` of a half-space that act on each other: all whose normals differ by less than 1 rad, on one
+/// surface that may bend. None of those whose position is not known.
+pub(super) fn on_one_surface(positions: &[Option<ContactPosition>], grids: &[Lines]) -> Vec<NearPair> {
     let pair = |[c, d]: [usize; 2]| {
-        let (one, other) = (positions[c]?, positions[d]?);
-        let (here, there) = (one.position, other.position);
-        let acts = one.surface == other.surface && here.angle(&there) < BENT;
-        acts.then(|| here.paired(&there, [c, d], [&grids[c], &grids[d]]))
+        let (here, there) = (positions[c]?, positions[d]?);
+        (here.angle(&there) < BENT).then(|| here.paired(&there, [c, d], [&grids[c], &grids[d]]))
     };
     (0..positions.len()).flat_map(|d| (0..d).map(move |c| [c, d])).filter_map(pair).collect()
 }

@@ -8,7 +8,7 @@ use crate::body::elements::{Elements, StaticMethod};
 use crate::body::fe::{BodyModes, FeBody};
 use crate::body::matrices::BodyMatrices;
 use crate::body::matrix_body::MatrixBody;
-use crate::body::near_contacts::SurfacePosition;
+use crate::body::near_contacts::ContactPosition;
 use crate::body::rigid::Rigid;
 use crate::body::{ElasticBody, Fields, FullSystem, Side};
 use crate::eigen::sparse;
@@ -42,8 +42,9 @@ pub struct Place {
     pub body: usize,
     /// Grids of the contacts on the body, on rank 0; none without contact.
     pub grids: Vec<ContactGrid>,
-    /// Position of each of them on the body's surface; none where it is not known.
-    pub positions: Vec<SurfacePosition>,
+    /// Position of each of them, where all lie on one surface of the body; none where they do not, or that is not
+    /// known.
+    pub positions: Vec<ContactPosition>,
     /// Nodes of a contact grid that are no nodes of the body's mesh as they lie on its surface, in the frame of the
     /// mesh in lower form, m, `[nx*ny]`, on rank 0.
     pub laid: Vec<[f64; 3]>,

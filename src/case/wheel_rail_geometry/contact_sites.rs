@@ -3,7 +3,7 @@
 use super::{common_lines, missing, PlacedContact};
 use crate::body::averaged_trace::MeshContact;
 use crate::body::half_space::{HalfSpace, HalfSpaceBody, HalfSpaceContact};
-use crate::body::near_contacts::{ContactPosition, SurfacePosition};
+use crate::body::near_contacts::ContactPosition;
 use crate::body::Side;
 use crate::case::bodies::{material_of, of_elements, BuiltBodies, Place};
 use crate::case::meshes::Meshes;
@@ -43,6 +43,7 @@ pub(crate) fn build<'p>(
     let sites = ContactSite::all(world, &placed)?;
     let first = sites.first().ok_or_else(|| missing("a contact"))?;
     let touched = !job.analyses.on_contact().is_empty();
+    let one_side = sites.iter().all(|site| site.side == first.side);
     let mut bodies = BuiltBodies::none();
     for (name, body) in job.bodies() {
         let side = Side::named(name)?;
@@ -90,7 +91,7 @@ pub(crate) fn build<'p>(
                 }
                 _ => {
                     let m = body.elastic()?;
-                    let place = |site| Some(ContactSite::position(site, first, side));
+                    let place = |site| one_side.then(|| ContactSite::position(site, first, side));
                     let on = sites.iter().filter(|_| touched);
                     let contacts: Vec<HalfSpaceContact> = on
                         .map(|site| HalfSpaceContact { lines: [&site.lines[0], &site.lines[1]], position: place(site) })
@@ -107,7 +108,7 @@ pub(crate) fn build<'p>(
         })?;
         let laid = laid.unwrap_or_default();
         let checksum = stands.first().map(|(s, _)| s.mesh.checksum()).unwrap_or_default();
-        let positions = sites.iter().map(|site| site.position(first, side)).collect();
+        let positions = sites.iter().filter(|_| one_side).map(|site| site.position(first, side)).collect();
         bodies.places.push(Place {
             checksum,
             laid,
@@ -157,14 +158,13 @@ struct ContactSite {
 
 impl ContactSite {
     /// Position on the running surface of the wheel or on the rail, along x from that of the `first` contact.
-    fn position(&self, first: &Self, side: Side) -> SurfacePosition {
+    fn position(&self, first: &Self, side: Side) -> ContactPosition {
         let along = match side {
             Side::Lower => first.ahead - self.ahead,
             Side::Upper => first.from_axle - self.from_axle,
         };
         let seat = self.seats[side.index()];
-        let position = ContactPosition::straight([seat.z, seat.y], along, -seat.tilt);
-        SurfacePosition { surface: usize::from(self.side == job::TrackSide::Right), position }
+        ContactPosition::straight([seat.z, seat.y], along, -seat.tilt)
     }
 
     /// Collective: the contacts that rank 0 has `placed`.
