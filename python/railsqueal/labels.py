@@ -21,6 +21,7 @@ NAMES: dict[str, tuple[str, str, str, str, float]] = {
     "contact.normal_load": ("normal load", "N", "N", "kN", 1e-3),
     "contact.vertical_load": ("vertical load of the wheel", "Q", "N", "kN", 1e-3),
     "contact.lateral_force": ("lateral force on the wheel", "Y", "N", "kN", 1e-3),
+    "contact.torque": ("torque on the axle", "T", "N m", "N m", 1),
     "contact.approach": ("approach", "δ", "m", "µm", 1e6),
     "contact.speed": ("rolling speed", "V", "m/s", "m/s", 1),
     "around.angle": ("angle of a further body around the lower one", "θ", "rad", "rad", 1),

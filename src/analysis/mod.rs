@@ -37,6 +37,7 @@ use crate::stop::Stop;
 use crate::summary::Summary;
 use crate::{Error, Result};
 use run_state::RunState;
+use std::cell::OnceCell;
 use std::path::PathBuf;
 use steps::{is_heard, steps, PriorRun, Step};
 
@@ -189,9 +190,18 @@ pub fn run(
     let filled = wheel_rail_geometry::filled(world, job)?;
     let given = job;
     let job = filled.as_ref().unwrap_or(job);
+    let balanced = OnceCell::new();
+    let summary = Summary::from_job(job);
     let mut run =
-        Run { petsc, job, given, options, meshes, stop, segments, file, progress, summary: Summary::from_job(job) };
-
+        Run { petsc, job, given, balanced: &balanced, options, meshes, stop, segments, file, progress, summary };
+    let inputs = perform(&mut run).map_err(|e| match run.file.kept_file() {
+        Some(kept) if kept.exists() => {
+            let what = if run.file.keeps_all() { "Modes and compliance" } else { "Modes" };
+            e.with(format!("{what} are kept in {0}: --reuse {0} takes them up", kept.display()))
+        }
+        _ => e,
+    })?;
+    let job = run.job;
     if let Some(contact) = job.contact.as_ref().filter(|c| world.is_root() && !c.further.is_empty()) {
         let of = |(name, one): (String, &job::Contact)| {
             let job::Creepage { longitudinal, lateral, spin } = one.creepage;
@@ -201,13 +211,6 @@ pub fn run(
         let named: Vec<NamedContact> = contact.names().into_iter().zip(contact.all()).map(of).collect();
         run.file.tables(contacts::tables(&named));
     }
-    let inputs = perform(&mut run).map_err(|e| match run.file.kept_file() {
-        Some(kept) if kept.exists() => {
-            let what = if run.file.keeps_all() { "Modes and compliance" } else { "Modes" };
-            e.with(format!("{what} are kept in {0}: --reuse {0} takes them up", kept.display()))
-        }
-        _ => e,
-    })?;
 
     let Run { mut file, progress, mut summary, segments, .. } = run;
     file.merge(progress)?;

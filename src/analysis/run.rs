@@ -10,6 +10,7 @@ use crate::progress::Progress;
 use crate::stop::Stop;
 use crate::summary::Summary;
 use crate::{Error, Result};
+use std::cell::OnceCell;
 
 /// A run of a job: its input, the libraries it may call, and where results and reports go.
 pub struct Run<'r> {
@@ -20,6 +21,8 @@ pub struct Run<'r> {
     /// The job as it was given: without what its placement fills in. What is written and what a run is known by is
     /// this one.
     pub given: &'r Job,
+    /// Place of the job once its axle is balanced.
+    pub balanced: &'r OnceCell<Job>,
     /// Options of the command line.
     pub options: &'r RunOptions,
     /// Data read of mesh files to plan the run, on rank 0.
@@ -53,6 +56,11 @@ impl<'r> Run<'r> {
             self.progress.note(format!("warning: {text}"));
             self.summary.warn(text);
         }
+    }
+
+    /// Goes on with `job`, in which the angular speed of the axle is that of its torque.
+    pub fn go_on_with(&mut self, job: Job) {
+        self.job = self.balanced.get_or_init(|| job);
     }
 
     /// Returns whether files beside the result file are replaced where they exist: with `--force`, and by a run that is

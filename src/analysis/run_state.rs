@@ -8,6 +8,7 @@ use super::steps::{self, seeks_shapes, Step};
 use super::transient::{self, Inputs};
 use super::{creep_curve, cycles, modes, receptance, stability, steady, sweep};
 use crate::body::TraceModes;
+use crate::case::axle_torque;
 use crate::case::bodies::BuiltBodies;
 use crate::case::preflight;
 use crate::job::{self, TransientModel};
@@ -230,6 +231,14 @@ impl<'s> RunState<'s> {
             Some(there) => there.and_then(|r| r.model).map_or_else(Reduction::elsewhere, Reduction::from_model),
             None => Reduction::build(world, job, contact, &self.bodies, &self.modes, run.progress)?,
         };
+        if let Some((balanced, angular_speed)) =
+            axle_torque::balanced_on_root(world, job, model.on_root().map(|root| (&root.interface, &root.pair)))?
+        {
+            run.summary.value("angular speed of the axle, by its torque", format!("{angular_speed:.6} rad/s"));
+            let text = "Angular speed of the axle, by contact.torque.";
+            run.file.table(Table::scalar("/contact/angular_speed", "rad/s", text, angular_speed));
+            run.go_on_with(balanced);
+        }
         // Of bodies that were made the contact was examined before.
         if self.bodies.places.is_empty() {
             let found = world.on_root(|| match model.on_root() {

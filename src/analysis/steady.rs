@@ -5,8 +5,9 @@ use super::reduction::{by_products, Reduction};
 use super::run::Run;
 use super::steps::Requirements;
 use crate::body::Side;
+use crate::case::axle_torque;
 use crate::case::bodies::{BuiltBodies, Place};
-use crate::case::interface::{friction, steady_rolling};
+use crate::case::interface::{at_rest, friction, steady_rolling};
 use crate::case::wheel_rail_geometry;
 use crate::contact::consistent::{ConsistentSolution, ConsistentSteady};
 use crate::contact::{PatchResultant, SteadySolution};
@@ -37,7 +38,9 @@ pub fn run(
     let world = run.world();
     run.progress.stage("steady rolling");
     let interface = model.on_root().map(|r| &r.interface);
-    let problem = model.on_root().map(|r| steady_rolling((&r.interface, &r.pair), contact, Some(steady)));
+    // A torque is balanced in a state of rest.
+    let posed = if contact.torque.is_some() { at_rest } else { steady_rolling };
+    let problem = model.on_root().map(|r| posed((&r.interface, &r.pair), contact, Some(steady)));
     // Displacements of the bodies where the solution needed them.
     let mut displacements = None;
     // Stresses between the nodes, where the laws hold there.
@@ -67,6 +70,13 @@ pub fn run(
             run.file.tables(consistent(field, *area));
         }
         summarise(contact, (s, solution), &mut run.summary);
+        if contact.torque.is_some() || contact.wheels == job::ContactWheels::Both {
+            let torque = axle_torque::of_contacts(run.job, &solution.patches)?;
+            run.summary
+                .value("torque of the contacts on the axle", format!("{torque:.6e} N m, positive where it drives"));
+            let text = "Torque of the contacts on the axle, positive in the sense of its rotation.";
+            run.file.table(Table::scalar("/contact/torque", "N m", text, torque));
+        }
         if let Some([x, y, n]) = model.on_root().and_then(|r| deflection(&r.interface, &r.pair, solution)) {
             let text = format!("x {:.1}, y {:.1}, n {:.1} µm, included in the placement", 1e6 * x, 1e6 * y, 1e6 * n);
             run.summary.value("structural deflection under load", text);

@@ -136,9 +136,20 @@ impl CurvingVehicle {
     fn contacts(&self, contact: &job::Contact) -> Result<Vec<job::Contact>> {
         let missing = || Error::Defect("a contact of a curve without a wheel".into());
         let wheel = bogie_wheel(contact.from.ok_or_else(missing)?.wheel);
-        let mut all = self.contacts_of(contact, wheel)?;
-        if contact.wheels == ContactWheels::Both {
-            all.extend(self.contacts_of(contact, BogieWheel { inner: !wheel.inner, ..wheel })?);
+        let wheels = match contact.wheels {
+            ContactWheels::One => vec![wheel],
+            ContactWheels::Both => vec![wheel, BogieWheel { inner: !wheel.inner, ..wheel }],
+        };
+        let mut all = Vec::new();
+        for wheel in wheels {
+            let unbalanced = self.left_out(wheel).filter(|_| contact.torque.is_some());
+            if let (Some(text), ContactPlaces::One) = (unbalanced, contact.places) {
+                return Err(Error::Job(format!(
+                    "contact.torque: {text}; a torque is balanced by all contacts of the axle, expected contact.places \
+                     = \"all\""
+                )));
+            }
+            all.extend(self.contacts_of(contact, wheel)?);
         }
         Ok(all)
     }

@@ -2,6 +2,7 @@
 //! between them.
 
 mod absorbers;
+pub(crate) mod axle_torque;
 pub mod bodies;
 mod contact_places;
 pub mod curving;

@@ -45,6 +45,8 @@ pub struct PlacedContact {
     placed: placement::PlacedWheel,
     frame: Frame,
     ellipse: Ellipse,
+    /// How the wheel rolls.
+    motion: RollingMotion,
     creepages: Creepages,
     gap: Gap,
     notes: Vec<String>,
@@ -137,7 +139,7 @@ impl PlacedContact {
                 notes.extend(friction_zones::friction_text(&here));
                 let zone = friction_zones::zone_number(&here);
                 let (side, shift) = (given.side, contact.lateral_force.map(|_| given.lateral));
-                return Ok(Self { side, placed, frame, ellipse, creepages, gap, notes, zone, shift, track });
+                return Ok(Self { side, placed, frame, ellipse, motion, creepages, gap, notes, zone, shift, track });
             }
             extent = [0, 1].map(|c| extent[c] * if beside[c] { GROWTH } else { 1.0 });
         }
@@ -167,8 +169,18 @@ impl PlacedContact {
     /// Longitudinal and lateral creepage, 1, spin, 1/m, rolling speed, m/s, and contact angle δ of the frame and at
     /// first touch, rad, positive where the rail falls to the right.
     pub fn motion(&self) -> [f64; 6] {
-        let c = &self.creepages;
+        self.motion_with(&self.creepages)
+    }
+
+    /// The same with these creepages.
+    pub(super) fn motion_with(&self, c: &Creepages) -> [f64; 6] {
         [c.longitudinal, c.lateral, c.spin, c.speed, self.frame.angle(), self.placed.touch().angle]
+    }
+
+    /// The creepages at another angular speed of the wheel, rad/s.
+    pub(super) fn at_angular_speed(&self, angular_speed: f64) -> Result<Creepages> {
+        let motion = RollingMotion { angular_speed: Some(angular_speed), ..self.motion };
+        self.placed.creepages(&self.frame, &motion).map_err(|e| e.context("contact.placement"))
     }
 
     /// The grid with the gap.

@@ -16,6 +16,7 @@ mod rail;
 mod roughness;
 mod support;
 mod swept;
+mod torque;
 mod wheel;
 
 use analyses::{check_analyses, check_uncertainty};
@@ -49,6 +50,7 @@ fn faults_of(job: &Job) -> Vec<String> {
         .for_each(|(name, body)| measured::check(&format!("bodies.{name}"), body, job, &mut faults));
     places::check_others(job, &mut faults);
     quadrature::check(job, &mut faults);
+    torque::check(job, &mut faults);
     if job.by_matrices() {
         matrices::check(job, &mut faults);
         roughness::check(job, &mut faults);

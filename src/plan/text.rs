@@ -73,9 +73,10 @@ fn given(contact: &Contact) -> String {
         Some(_) => "those of the placement".into(),
         None => format!("{} {} {} 1/m", c.longitudinal, c.lateral, c.spin),
     };
+    let torque = contact.torque.map_or(String::new(), |torque| format!(", torque on the axle {torque} N m"));
     let zones = if contact.friction_zones.is_empty() { "" } else { " outside its zones" };
     let (friction, speed) = (&contact.friction, contact.speed);
-    format!("{load}, friction {friction}{zones}, speed {speed} m/s, creepages {creepages}")
+    format!("{load}, friction {friction}{zones}, speed {speed} m/s, creepages {creepages}{torque}")
 }
 
 /// A step in words; some are not worth a line.

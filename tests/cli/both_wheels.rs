@@ -13,7 +13,7 @@ fn read<T: hdf5::H5Type>(folder: &Folder, file: &str, name: &str) -> Vec<T> {
 }
 
 /// The wheelset a little aside of the middle of straight track, braked, with either wheel on its tread and few modes.
-fn on_straight_track(analyses: Value) -> Value {
+pub(super) fn on_straight_track(analyses: Value) -> Value {
     aside_of_the_middle("wheelset-both-wheels.json", analyses)
 }
 

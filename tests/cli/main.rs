@@ -42,6 +42,7 @@ mod sound;
 mod surfaces;
 mod sweep;
 mod swept;
+mod torque;
 mod track_decay;
 mod track_fit;
 mod transient;

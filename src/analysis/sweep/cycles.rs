@@ -7,6 +7,7 @@ use super::sound::SoundSetup;
 use super::{goes_on, point_of, Sources};
 use crate::analysis::radiation::ModalSound;
 use crate::analysis::run::Run;
+use crate::case::axle_torque;
 use crate::case::interface::points as points_of;
 use crate::case::limit_cycle_point::{motion_modes, LimitCyclePoint, PointCache};
 use crate::contact::points::interface as interface_of;
@@ -279,6 +280,8 @@ impl CycleChains<'_> {
         let branch = self.cycles.branches[chain.branch];
         let interface = grid_of(job, &model.interface)?;
         let pair = model.pair(job)?;
+        let balanced = axle_torque::balanced(job, (&interface, pair))?;
+        let job = balanced.as_ref().unwrap_or(job);
         let heard = self.sounding.map(ModalSound::quantities);
         let attempt = LimitCyclePoint { job, cycles: self.cycles, model: (&interface, pair), heard, mode: 0 };
         history.update(attempt.identity(branch)?);

@@ -20,6 +20,7 @@ use super::reduction::Reduction;
 use super::run::Run;
 use crate::body::mode_cache::CachedModes;
 use crate::body::TraceModes;
+use crate::case::axle_torque;
 use crate::case::bodies::BuiltBodies;
 use crate::case::interface::{given_forces, points};
 use crate::case::meshes::Meshes;
@@ -28,7 +29,7 @@ use crate::case::preflight;
 use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::contact::points::{interface as of_points, reactions};
 use crate::contact::SlidingPoint;
-use crate::job::{fe_inputs, range, ContactPlaces, Job, SweepPlan};
+use crate::job::{fe_inputs, range, Contact, ContactPlaces, Job, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::datasets::sweep::{tables, EigenvalueSearch, Outcome};
 use crate::output::datasets::uncertainty::interpolation_errors;
@@ -254,6 +255,11 @@ fn point_of(points: &[Option<Job>], i: usize) -> Result<&Job> {
     points.get(i).and_then(Option::as_ref).ok_or_else(|| Error::Defect(format!("point {i} of the sweep is missing")))
 }
 
+/// The contact of a point.
+fn contact_of(point: &Job) -> Result<&Contact> {
+    point.contact.as_ref().ok_or_else(|| Error::Defect("a point of a sweep without contact".into()))
+}
+
 /// The points by the finite elements they need, in the order of their first points.
 fn groups(points: &[Option<Job>]) -> Vec<(serde_json::Value, Vec<usize>)> {
     let mut groups: Vec<(serde_json::Value, Vec<usize>)> = Vec::new();
@@ -300,7 +306,7 @@ fn build<'p>(
     let mut job = point.clone();
     // Each point brings its own damping.
     job.bodies.all_mut().for_each(|body| body.damping = Default::default());
-    let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("a point of a sweep without contact".into()))?;
+    let contact = contact_of(&job)?;
     world.on_root(|| preflight::of_run(&job, meshes, true).map(drop))?;
     let mut bodies = BuiltBodies::build(petsc, &job, meshes, progress, &mut quiet)?;
     bodies.factorise(&job, progress, &mut quiet)?;
@@ -353,7 +359,10 @@ fn with_problem<T>(
         None => model.interface.clone(),
     };
     let model = (&interface, model.pair(point)?);
-    examine(&StabilityProblem { job: point, stability: wanted, contact, model })
+    match axle_torque::balanced(point, model)? {
+        Some(job) => examine(&StabilityProblem { job: &job, stability: wanted, contact: contact_of(&job)?, model }),
+        None => examine(&StabilityProblem { job: point, stability: wanted, contact, model }),
+    }
 }
 
 /// The outcome of a point with this contact.

@@ -1,7 +1,8 @@
 //! The model of a point of a study: shared with others, or of bodies that are interpolated over their profiles.
 
 use super::places::PlacedBodies;
-use super::{outcome_of, with_problem};
+use super::{contact_of, outcome_of, with_problem};
+use crate::case::axle_torque;
 use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::contact::{LinearContact, SteadySolution};
 use crate::job::{self, range, Job};
@@ -87,6 +88,11 @@ fn placed(
     };
     range(point)?;
     let model = bodies.model(point)?;
+    let balanced = axle_torque::balanced(point, (&model.interface, &model.rolling))?;
+    let (point, contact) = match &balanced {
+        Some(job) => (job, contact_of(job)?),
+        None => (point, contact),
+    };
     let problem = StabilityProblem { job: point, stability, contact, model: (&model.interface, &model.rolling) };
     // Of another place it may be on a grid of another size, or too far away to begin with.
     let start = start.filter(|s| s.pressure.len() == model.interface.len());

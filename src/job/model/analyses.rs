@@ -1,5 +1,6 @@
 //! The analyses and their keys.
 
+use super::CreepageKey;
 use indexmap::IndexMap;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -184,37 +185,6 @@ pub struct CreepCurve {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "1"), range(max = 0.01))]
     pub tolerance: Option<f64>,
-}
-
-/// A creepage.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum CreepageKey {
-    /// The longitudinal one.
-    Longitudinal,
-    /// The lateral one.
-    Lateral,
-    /// Spin.
-    Spin,
-}
-
-impl CreepageKey {
-    /// Its key in a job.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Longitudinal => "longitudinal",
-            Self::Lateral => "lateral",
-            Self::Spin => "spin",
-        }
-    }
-
-    /// Its unit.
-    pub fn unit(self) -> &'static str {
-        match self {
-            Self::Spin => "1/m",
-            Self::Longitudinal | Self::Lateral => "1",
-        }
-    }
 }
 
 /// Values of a creepage.

@@ -1,5 +1,6 @@
 //! The contact: friction, load, creepages, patch, contact points.
 
+use super::{Creepage, CreepageKey};
 use crate::friction::{FrictionLaw, FrictionZone, PlaceOnRail, TrackFriction};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -32,6 +33,11 @@ pub struct Contact {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("unit" = "N"))]
     pub lateral_force: Option<f64>,
+    /// Torque of the drive or brake on the axle of a wheel on a rail, N m, positive where it drives, 0 of one that
+    /// rolls freely. The angular speed, and with it the creepages, then follow from the creep forces of all contacts.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("unit" = "N m"))]
+    pub torque: Option<f64>,
     /// Places of a wheel on its rail that are contacts.
     #[serde(default, skip_serializing_if = "ContactPlaces::is_one")]
     pub places: ContactPlaces,
@@ -255,7 +261,7 @@ impl Contact {
     }
 
     /// The same with another value of one creepage; the creepages of further contacts change by as much.
-    pub fn with_creepage_at(&self, key: super::CreepageKey, value: f64) -> Self {
+    pub fn with_creepage_at(&self, key: CreepageKey, value: f64) -> Self {
         let change = value - self.creepage.component(key);
         let further = self.further.iter().map(|one| one.with_creepage_at(key, one.creepage.component(key) + change));
         Self { creepage: self.creepage.with(key, value), further: further.collect(), ..self.clone() }
@@ -382,44 +388,6 @@ pub enum Load {
     Normal(f64),
     /// Given rigid approach, m.
     Approach(f64),
-}
-
-/// Creepages: rigid slip velocity of body 1 relative to body 2 over the rolling speed, (xi - phi y, eta + phi x).
-#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct Creepage {
-    /// Longitudinal creepage xi, 1 (0.003 is 0.3 %).
-    #[serde(default)]
-    #[schemars(extend("unit" = "1"))]
-    pub longitudinal: f64,
-    /// Lateral creepage eta, 1 (0.003 is 0.3 %).
-    #[serde(default)]
-    #[schemars(extend("unit" = "1"))]
-    pub lateral: f64,
-    /// Spin phi, 1/m.
-    #[serde(default)]
-    #[schemars(extend("unit" = "1/m"))]
-    pub spin: f64,
-}
-
-impl Creepage {
-    /// The same with another value of one of the three.
-    pub fn with(self, key: super::CreepageKey, value: f64) -> Self {
-        match key {
-            super::CreepageKey::Longitudinal => Self { longitudinal: value, ..self },
-            super::CreepageKey::Lateral => Self { lateral: value, ..self },
-            super::CreepageKey::Spin => Self { spin: value, ..self },
-        }
-    }
-
-    /// One of the three.
-    pub fn component(self, key: super::CreepageKey) -> f64 {
-        match key {
-            super::CreepageKey::Longitudinal => self.longitudinal,
-            super::CreepageKey::Lateral => self.lateral,
-            super::CreepageKey::Spin => self.spin,
-        }
-    }
 }
 
 /// Source of the compliance of the contact surface.

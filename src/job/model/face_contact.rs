@@ -61,6 +61,7 @@ impl FaceContact {
             approach: None,
             vertical_load: None,
             lateral_force: None,
+            torque: None,
             places: Default::default(),
             wheels: Default::default(),
             around: Vec::new(),
