@@ -121,6 +121,14 @@ impl Reduction {
         Self { root: Some(looked_through(model)), approximate: false }
     }
 
+    /// Gives the bodies the rotation that they have in `job`, the same job at another angular speed.
+    pub(super) fn take_up(&mut self, job: &Job) -> Result<()> {
+        if let Some(root) = self.root.as_mut().filter(|root| root.rotation.iter().any(Option::is_some)) {
+            root.pair = root.pair_of(job)?;
+        }
+        Ok(())
+    }
+
     /// Elsewhere: no model.
     pub fn elsewhere() -> Self {
         Self { root: None, approximate: false }

@@ -231,14 +231,6 @@ impl<'s> RunState<'s> {
             Some(there) => there.and_then(|r| r.model).map_or_else(Reduction::elsewhere, Reduction::from_model),
             None => Reduction::build(world, job, contact, &self.bodies, &self.modes, run.progress)?,
         };
-        if let Some((balanced, angular_speed)) =
-            axle_torque::balanced_on_root(world, job, model.on_root().map(|root| (&root.interface, &root.pair)))?
-        {
-            run.summary.value("angular speed of the axle, by its torque", format!("{angular_speed:.6} rad/s"));
-            let text = "Angular speed of the axle, by contact.torque.";
-            run.file.table(Table::scalar("/contact/angular_speed", "rad/s", text, angular_speed));
-            run.go_on_with(balanced);
-        }
         // Of bodies that were made the contact was examined before.
         if self.bodies.places.is_empty() {
             let found = world.on_root(|| match model.on_root() {
@@ -273,6 +265,28 @@ impl<'s> RunState<'s> {
         if options.resume {
             run.file.leave(run.file.shapes());
         }
+        self.balance(run)
+    }
+
+    /// Collective: gives the axle the angular speed of its torque, where the job has one.
+    fn balance(&mut self, run: &mut Run) -> Result<()> {
+        let Some(model) = &mut self.model else { return Ok(()) };
+        let root = model.on_root().map(|root| (&root.interface, &root.pair));
+        let Some((job, angular_speed)) = axle_torque::balanced_on_root(run.world(), run.job, root)? else {
+            return Ok(());
+        };
+        model.take_up(&job)?;
+        run.summary.value("angular speed of the axle, by its torque", format!("{angular_speed:.6} rad/s"));
+        for (number, one) in job.contact.iter().flat_map(job::Contact::all).enumerate() {
+            let job::Creepage { longitudinal, lateral, spin } = one.creepage;
+            let text = format!("longitudinal {longitudinal:.6}, lateral {lateral:.6}, spin {spin:.5} 1/m");
+            run.summary.value(&format!("  creepages of contact {}", number + 1), text);
+        }
+        let text = "Angular speed of the axle, by contact.torque.";
+        run.file.table(Table::scalar("/contact/angular_speed", "rad/s", text, angular_speed));
+        let told = run.summary.warnings().to_vec();
+        run.warn(job::range(&job)?.into_iter().filter(|text| !told.contains(text)));
+        run.go_on_with(job);
         Ok(())
     }
 

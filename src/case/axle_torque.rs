@@ -16,13 +16,14 @@
 //! ```
 //!
 //! with the forces of steady rolling on the grids of the contacts. The sum falls as Ω grows, as long as the creep
-//! forces rise with the creep: a solution is looked for on this side.
+//! forces rise with the creep: the search begins where the wheels do not slip along the track on the mean, and goes to
+//! the first solution.
 
 use super::interface::at_rest;
 use super::wheel_rail_geometry::{with_motions, PlacedContact};
 use crate::contact::{PatchResultant, SteadySolution};
 use crate::grid::Interface;
-use crate::job::{self, Job};
+use crate::job::{self, ContactPlaces, ContactWheels, Job, Load};
 use crate::model::CoupledModel;
 use crate::parallel::World;
 use crate::{Error, Result};
@@ -30,11 +31,14 @@ use crate::{Error, Result};
 /// Torque that may be left, over the sum of μ N r of all contacts.
 const BALANCED: f64 = 1e-9;
 
-/// Change of the angular speed that the search begins with, for a torque of μ N r: a creepage near that of saturation.
-const SATURATION: f64 = 0.003;
+/// Largest part of the angular speed that a step of the search changes it by, as long as it is within `NEAR` of rolling
+/// without slip on the mean: below the creepage at which creep forces saturate, so that their largest torque is seen
+/// where they fall beyond it.
+const STEP: f64 = 0.003;
+const NEAR: f64 = 0.03;
 
-/// Largest change of the angular speed that is looked at.
-const FARTHEST: f64 = 0.3;
+/// Part that the angular speed is changed by at the most.
+const FARTHEST: f64 = 0.1;
 
 /// Largest number of steps between two angular speeds on either side of the solution.
 const MOST_STEPS: usize = 60;
@@ -44,6 +48,8 @@ struct Axle<'a> {
     job: &'a Job,
     model: (&'a Interface, &'a CoupledModel),
     placed: Vec<PlacedContact>,
+    /// ∂c/∂Ω of each contact.
+    rates: Vec<[f64; 3]>,
 }
 
 /// An axle that rolls at an angular speed.
@@ -55,40 +61,20 @@ struct RollingAxle {
     solution: SteadySolution,
     /// Torque of the drive and of the contacts, N m.
     sum: f64,
-    /// That of the contacts, N m.
+    /// Torque of the contacts alone, N m.
     contacts: f64,
 }
 
 /// Torque of the rails on the axle of `job`, N m, by the `patches` of steady rolling. For one rank.
 pub(crate) fn of_contacts(job: &Job, patches: &[PatchResultant]) -> Result<f64> {
-    torque(&PlacedContact::all(job)?, angular_speed(job)?, patches)
+    let rates = PlacedContact::all(job)?.iter().map(PlacedContact::slip_rate).collect::<Result<Vec<_>>>()?;
+    Ok(torque(&rates, patches))
 }
 
-/// Σ T_c at an angular speed, N m.
-fn torque(placed: &[PlacedContact], angular_speed: f64, patches: &[PatchResultant]) -> Result<f64> {
-    let mut sum = 0.0;
-    for (one, patch) in placed.iter().zip(patches) {
-        let [x, y, spin] = slip_rate(one, angular_speed)?;
-        sum += patch.force[0] * x + patch.force[1] * y + patch.moment_z * spin;
-    }
-    Ok(sum)
-}
-
-/// ∂(V ξ, V η, V φ)/∂Ω of a contact, from differences of what is linear in Ω.
-fn slip_rate(placed: &PlacedContact, angular_speed: f64) -> Result<[f64; 3]> {
-    let slip = |of: f64| {
-        let c = placed.at_angular_speed(of)?;
-        Ok([c.longitudinal, c.lateral, c.spin].map(|creepage| c.speed * creepage))
-    };
-    let (here, there) = (slip(angular_speed)?, slip(1.5 * angular_speed)?);
-    Ok([0, 1, 2].map(|k| (there[k] - here[k]) / (0.5 * angular_speed)))
-}
-
-/// Angular speed of the axle of a job, rad/s.
-fn angular_speed(job: &Job) -> Result<f64> {
-    let missing = || Error::Defect("the torque on the axle of a job without a placement".into());
-    let (contact, placement) = (job.contact.as_ref().ok_or_else(missing)?, job.placement().ok_or_else(missing)?);
-    Ok(placement.angular_speed.unwrap_or(placement.speed.unwrap_or(contact.speed) / placement.radius))
+/// Σ T_c, N m, from ∂c/∂Ω of each contact.
+fn torque(rates: &[[f64; 3]], patches: &[PatchResultant]) -> f64 {
+    let of = |([x, y, spin], p): (&[f64; 3], &PatchResultant)| p.force[0] * x + p.force[1] * y + p.moment_z * spin;
+    rates.iter().zip(patches).map(of).sum()
 }
 
 /// `job` with an angular speed, rad/s, and the motions of its contacts ([`PlacedContact::motion`]).
@@ -140,15 +126,36 @@ pub(crate) fn balanced_on_root(
 }
 
 fn found(job: &Job, model: (&Interface, &CoupledModel)) -> Result<Option<RollingAxle>> {
-    match job.contact.as_ref().and_then(|contact| contact.torque) {
-        Some(torque) => Axle { job, model, placed: PlacedContact::all(job)? }.under(torque).map(Some),
-        None => Ok(None),
+    let Some((contact, torque)) = job.contact.as_ref().and_then(|contact| Some((contact, contact.torque?))) else {
+        return Ok(None);
+    };
+    let placed = PlacedContact::all(job)?;
+    let alone = contact.places == ContactPlaces::One && contact.wheels == ContactWheels::One;
+    if let Some(text) = placed.iter().filter(|_| alone).find_map(|one| one.warnings().pop()) {
+        return Err(Error::Job(format!(
+            "contact.torque: {text}; all contacts of the axle balance it, expected contact.places = \"all\""
+        )));
     }
+    let rates = placed.iter().map(PlacedContact::slip_rate).collect::<Result<Vec<_>>>()?;
+    Axle { job, model, placed, rates }.under(torque).map(Some)
 }
 
 impl Axle<'_> {
-    /// Steady rolling at an angular speed, begun with that at another one.
-    fn at(&self, angular_speed: f64, torque_given: f64, before: Option<&SteadySolution>) -> Result<RollingAxle> {
+    /// The angular speed at which the wheels roll without slip along the track, rad/s: on the mean of their loads.
+    fn without_slip(&self) -> Result<f64> {
+        let load = |one: &job::Contact| if let Load::Normal(force) = one.load() { force } else { 1.0 };
+        let weights = self.job.contact.iter().flat_map(job::Contact::all).map(load);
+        let (mut slip, mut rate) = (0.0, 0.0);
+        for ((placed, [along, ..]), weight) in self.placed.iter().zip(&self.rates).zip(weights) {
+            let there = placed.at_angular_speed(1.0)?;
+            slip += weight * there.speed * there.longitudinal;
+            rate += weight * along;
+        }
+        Ok(1.0 - slip / rate)
+    }
+
+    /// Steady rolling at an angular speed, rad/s, under a torque, N m, begun with the solution `before`.
+    fn at(&self, angular_speed: f64, given: f64, before: Option<&SteadySolution>) -> Result<RollingAxle> {
         let mut motions = Vec::new();
         for one in &self.placed {
             motions.extend(one.motion_with(&one.at_angular_speed(angular_speed)?));
@@ -156,59 +163,67 @@ impl Axle<'_> {
         let job = rolling_at(self.job, angular_speed, &motions)?;
         let contact = job.contact.as_ref().ok_or_else(|| Error::Defect("an axle without contacts".into()))?;
         let solution = at_rest(self.model, contact, job.analyses.steady.as_ref()).solve_from(before)?;
-        let contacts = torque(&self.placed, angular_speed, &solution.patches)?;
-        Ok(RollingAxle { angular_speed, job, solution, sum: torque_given + contacts, contacts })
+        let contacts = torque(&self.rates, &solution.patches);
+        Ok(RollingAxle { angular_speed, job, solution, sum: given + contacts, contacts })
     }
 
     /// Σ μ N r of the contacts, N m.
-    fn scale(&self, at: &RollingAxle) -> Result<f64> {
-        let mut sum = 0.0;
+    fn scale(&self, at: &RollingAxle) -> f64 {
         let contacts = at.job.contact.iter().flat_map(job::Contact::all);
-        for ((placed, patch), contact) in self.placed.iter().zip(&at.solution.patches).zip(contacts) {
-            let [rate, ..] = slip_rate(placed, at.angular_speed)?;
-            sum += contact.law().coefficient(0.0) * patch.force[2].abs() * rate.abs();
-        }
-        Ok(sum)
+        let of = |((contact, patch), [along, ..]): ((&job::Contact, &PatchResultant), &[f64; 3])| {
+            contact.law().coefficient(0.0) * patch.force[2].abs() * along.abs()
+        };
+        contacts.zip(&at.solution.patches).zip(&self.rates).map(of).sum()
     }
 
-    /// The axle under a torque, N m: from the job's angular speed by steps that double to one on the other side, then
-    /// by regula falsi of the Illinois kind.
-    fn under(&self, torque: f64) -> Result<RollingAxle> {
-        let start = angular_speed(self.job)?;
-        let mut near = self.at(start, torque, None)?;
-        let scale = self.scale(&near)?;
+    /// The axle under a torque, N m: from rolling without slip by steps to an angular speed on the other side, then by
+    /// the Illinois algorithm.
+    fn under(&self, given: f64) -> Result<RollingAxle> {
+        let start = self.without_slip()?;
+        let mut near = self.at(start, given, None)?;
+        let scale = self.scale(&near);
+        if scale == 0.0 && given != 0.0 {
+            return Err(Error::Job(format!(
+                "contact.torque: found {given} N m, but the contacts have no friction, or are open, and bear no \
+                 torque; expected 0"
+            )));
+        }
         let is_found = |at: &RollingAxle| at.sum.abs() <= BALANCED * scale;
         if is_found(&near) {
             return Ok(near);
         }
         // More torque than the contacts bear makes the axle turn faster.
-        let mut step = SATURATION * start * (near.sum / scale).clamp(-1.0, 1.0);
+        let mut step = STEP * start * (near.sum / scale).clamp(-1.0, 1.0);
         let mut seen = [near.contacts; 2];
         let mut far = loop {
-            let next = self.at(near.angular_speed + step, torque, Some(&near.solution))?;
-            seen = [seen[0].min(next.contacts), seen[1].max(next.contacts)];
+            let next = self.at(near.angular_speed + step, given, Some(&near.solution))?;
             if is_found(&next) {
                 return Ok(next);
             }
+            seen = [seen[0].min(next.contacts), seen[1].max(next.contacts)];
             if next.sum * near.sum < 0.0 {
                 break next;
             }
-            if (next.angular_speed / start - 1.0).abs() > FARTHEST {
+            let changed = (next.angular_speed / start - 1.0).abs();
+            if changed >= FARTHEST {
                 return Err(Error::Job(format!(
-                    "contact.torque: found {torque} N m, which the creep forces do not balance: between {start:.3} and \
-                     {:.3} rad/s the contacts exert from {:.0} to {:.0} N m on the axle; give a torque against which \
-                     they can hold it, or the angular speed (contact.placement.angular_speed)",
+                    "contact.torque: found {given} N m, which the creep forces do not balance: from {start:.3} to \
+                     {:.3} rad/s the contacts exert torques between {:.1} and {:.1} N m on the axle; give a torque \
+                     against which they can hold it, or the angular speed (contact.placement.angular_speed)",
                     next.angular_speed, seen[0], seen[1]
                 )));
             }
             near = next;
             step *= 2.0;
+            if changed < NEAR {
+                step = step.clamp(-STEP * start, STEP * start);
+            }
         };
         // The end that stays has half its weight from the second time on.
         let mut weight = near.sum;
         for _ in 0..MOST_STEPS {
             let between = (weight * far.angular_speed - far.sum * near.angular_speed) / (weight - far.sum);
-            let next = self.at(between, torque, Some(&far.solution))?;
+            let next = self.at(between, given, Some(&far.solution))?;
             if is_found(&next) {
                 return Ok(next);
             }
@@ -221,7 +236,7 @@ impl Axle<'_> {
             }
         }
         Err(Error::NotConverged(format!(
-            "contact.torque: no angular speed of the axle was found at which the creep forces balance {torque} N m: \
+            "contact.torque: no angular speed of the axle was found at which the creep forces balance {given} N m: \
              {:.3e} N m are left at {} rad/s",
             far.sum, far.angular_speed
         )))

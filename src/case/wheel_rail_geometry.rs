@@ -121,8 +121,14 @@ impl PlacedContact {
         };
         let creepages = placed.creepages(&frame, &motion).map_err(named)?;
         let mut extent = placed.extent(&frame, &ellipse).map_err(named)?;
+        // A grid stays where the angular speed is still to be found.
+        let rolling = RollingMotion { angular_speed: None, longitudinal: Some(0.0), ..motion };
+        let of_grid = match contact.torque {
+            Some(_) => placed.creepages(&frame, &rolling).map_err(named)?,
+            None => creepages,
+        };
         let creepage =
-            ContactCreepage { longitudinal: creepages.longitudinal, lateral: creepages.lateral, spin: creepages.spin };
+            ContactCreepage { longitudinal: of_grid.longitudinal, lateral: of_grid.lateral, spin: of_grid.spin };
         let spacings = if creepage.is_ruled_by_spin(ellipse.semi_axes) { SPIN_SPACINGS } else { 0.0 };
         let several = job.contact.as_ref().is_some_and(|c| c.places == ContactPlaces::All && !c.further.is_empty());
         for _ in 0..GROWN {
@@ -181,6 +187,19 @@ impl PlacedContact {
     pub(super) fn at_angular_speed(&self, angular_speed: f64) -> Result<Creepages> {
         let motion = RollingMotion { angular_speed: Some(angular_speed), ..self.motion };
         self.placed.creepages(&self.frame, &motion).map_err(|e| e.context("contact.placement"))
+    }
+
+    /// ∂(V ξ, V η, V φ)/∂Ω, m, m and 1, of the motion of the wheel, also where creepages are given in its place.
+    pub(super) fn slip_rate(&self) -> Result<[f64; 3]> {
+        let slip = |angular_speed: f64| -> Result<[f64; 3]> {
+            let own =
+                RollingMotion { angular_speed: Some(angular_speed), ..RollingMotion::free_rolling(self.motion.speed) };
+            let c = self.placed.creepages(&self.frame, &own).map_err(|e| e.context("contact.placement"))?;
+            Ok([c.longitudinal, c.lateral, c.spin].map(|creepage| c.speed * creepage))
+        };
+        // It is linear in Ω.
+        let (one, two) = (slip(1.0)?, slip(2.0)?);
+        Ok([0, 1, 2].map(|k| two[k] - one[k]))
     }
 
     /// The grid with the gap.
@@ -387,7 +406,14 @@ pub(crate) fn common_lines(job: &Job, placed: &[PlacedContact]) -> Vec<String> {
     let shift = force.zip(placed.first().and_then(|one| one.shift));
     let shift = shift
         .map(|(force, shift)| format!("lateral force of {force} N on the wheel: a shift of {:.4} mm", 1e3 * shift));
-    shift.into_iter().chain(friction_zones::empty_zones(job, placed)).collect()
+    let torque = job.contact.as_ref().and_then(|c| c.torque);
+    let torque = torque.map(|torque| {
+        format!(
+            "torque on the axle of {torque} N m: its angular speed and the longitudinal creepages follow from the \
+             creep forces, and take the place of those above"
+        )
+    });
+    shift.into_iter().chain(torque).chain(friction_zones::empty_zones(job, placed)).collect()
 }
 
 fn missing(what: &str) -> Error {

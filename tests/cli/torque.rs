@@ -60,6 +60,43 @@ fn the_angular_speed_of_a_torque_has_this_torque() {
     assert!(there.iter().zip(&again).all(|(a, b)| (a - b).abs() < 1e-7 * scale / radius), "{there:?} {again:?}");
 }
 
+/// At the flange root spin rules the grid at some angular speeds and not at others: under a torque it is one grid. V/r
+/// is beyond the largest torque of a friction that falls with the velocity; the angular speed is found before it.
+#[test]
+fn a_flange_root_under_a_torque_keeps_its_grid() {
+    let mut job = under(json!(900));
+    job["contact"]["speed"] = json!(20);
+    job["contact"]["friction"] = json!({ "exponential": { "static": 0.5, "kinetic": 0.1, "decay_velocity": 0.05 } });
+    for (key, value) in [("lateral", -6.5e-3), ("yaw", 0.0), ("roll", 0.0)] {
+        job["contact"]["placement"][key] = json!(value);
+    }
+    let folder = Folder::with(job.to_string());
+    let ran = folder.call(1, "run", &[]);
+    assert!(ran.good().out.contains("creepages of contact 1"), "{}", ran.out);
+    let left = 900.0 + number(&folder, "job.h5", "contact/torque");
+    assert!(left.abs() < 1e-8 * 0.5 * 10020.0 * 0.46, "{left} N m are left");
+    let creepage = numbers(&folder, "job.h5", "placement/creepage");
+    assert!((-3e-3..0.0).contains(&creepage[0]), "{creepage:?}");
+    let force = numbers(&folder, "job.h5", "contact/force");
+    assert!((0.46 * force[0] / 900.0 - 1.0).abs() < 0.05, "{force:?}");
+}
+
+/// A creepage that is given changes the force of a contact, not what the force does when the axle turns. With the
+/// lateral creepage of its yaw the wheel is as without it.
+#[test]
+fn a_given_creepage_leaves_the_torque_that_of_the_motion() {
+    let lateral = |creepage: Value| {
+        let mut job = under(json!(0));
+        job["contact"]["placement"]["creepage"] = creepage;
+        let folder = Folder::with(job.to_string());
+        folder.call(1, "run", &[]).good();
+        (numbers(&folder, "job.h5", "contact/force"), numbers(&folder, "job.h5", "placement/creepage")[1])
+    };
+    let (free, own) = lateral(json!({}));
+    let (given, _) = lateral(json!({ "lateral": own }));
+    assert!(free[0].abs() > 10.0 && (free[0] - given[0]).abs() < 0.1, "{free:?} {given:?}");
+}
+
 /// A torque that friction cannot hold, and keys that contradict it.
 #[test]
 fn torques_that_cannot_be_are_refused() {
@@ -81,6 +118,10 @@ fn torques_that_cannot_be_are_refused() {
         &|job| job["analyses"]["creep_curve"] = json!({ "key": "lateral", "values": [0.001] }),
         &["contact.torque", "analyses.creep_curve"],
     );
+    refused(
+        &|job| job["contact"]["friction"] = json!(0),
+        &["contact.torque: found 50 N m", "no friction", "expected 0"],
+    );
     let mut flange = job("flange.json");
     flange["contact"]["torque"] = json!(0);
     Folder::with(flange.to_string()).call(1, "check", &[]).failed(2, &["contact.torque", "contact.wheels", "both"]);
@@ -92,8 +133,8 @@ fn torques_that_cannot_be_are_refused() {
     Folder::with(one_place.to_string()).call(1, "check", &[]).failed(2, &["contact.torque", "vehicle.torque", "0 N m"]);
 }
 
-/// Both wheels of a braked wheelset: their creep forces have the torque of the brake, on one rank and on two; a point of
-/// a sweep with this torque has the eigenvalues of the run by itself.
+/// Both wheels of a braked wheelset: their creep forces have the torque of the brake, on one rank and on two. A point
+/// of a sweep with this torque has the eigenvalues of the run by itself.
 #[test]
 #[ignore = "long: scripts/validate long"]
 fn both_wheels_share_the_torque_of_a_brake() {

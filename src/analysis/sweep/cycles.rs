@@ -279,9 +279,9 @@ impl CycleChains<'_> {
         };
         let branch = self.cycles.branches[chain.branch];
         let interface = grid_of(job, &model.interface)?;
-        let pair = model.pair(job)?;
-        let balanced = axle_torque::balanced(job, (&interface, pair))?;
+        let balanced = axle_torque::balanced(job, (&interface, model.pair(job)?))?;
         let job = balanced.as_ref().unwrap_or(job);
+        let pair = model.pair(job)?;
         let heard = self.sounding.map(ModalSound::quantities);
         let attempt = LimitCyclePoint { job, cycles: self.cycles, model: (&interface, pair), heard, mode: 0 };
         history.update(attempt.identity(branch)?);

@@ -358,11 +358,10 @@ fn with_problem<T>(
         Some(points) => of_points(&points)?,
         None => model.interface.clone(),
     };
-    let model = (&interface, model.pair(point)?);
-    match axle_torque::balanced(point, model)? {
-        Some(job) => examine(&StabilityProblem { job: &job, stability: wanted, contact: contact_of(&job)?, model }),
-        None => examine(&StabilityProblem { job: point, stability: wanted, contact, model }),
-    }
+    let balanced = axle_torque::balanced(point, (&interface, model.pair(point)?))?;
+    let job = balanced.as_ref().unwrap_or(point);
+    let model = (&interface, model.pair(job)?);
+    examine(&StabilityProblem { job, stability: wanted, contact: contact_of(job)?, model })
 }
 
 /// The outcome of a point with this contact.

@@ -87,12 +87,15 @@ fn placed(
         return Err(Error::Defect("a point of a study without contact or stability".into()));
     };
     range(point)?;
-    let model = bodies.model(point)?;
+    let mut model = bodies.model(point)?;
     let balanced = axle_torque::balanced(point, (&model.interface, &model.rolling))?;
     let (point, contact) = match &balanced {
         Some(job) => (job, contact_of(job)?),
         None => (point, contact),
     };
+    if balanced.is_some() {
+        model = bodies.model(point)?;
+    }
     let problem = StabilityProblem { job: point, stability, contact, model: (&model.interface, &model.rolling) };
     // Of another place it may be on a grid of another size, or too far away to begin with.
     let start = start.filter(|s| s.pressure.len() == model.interface.len());

@@ -18,12 +18,18 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
         );
         return;
     };
+    let histories = job.analyses.transient.as_ref().and_then(|t| t.histories.as_ref());
     let beside = [
         ("contact.placement.angular_speed", placement.angular_speed.is_some()),
         ("contact.placement.creepage.longitudinal", placement.creepage.longitudinal.is_some()),
         ("contact.lateral_force", contact.lateral_force.is_some()),
         ("analyses.creep_curve", job.analyses.creep_curve.is_some()),
         ("analyses.cycles", job.analyses.cycles.is_some()),
+        ("analyses.transient.histories.longitudinal", histories.is_some_and(|h| h.longitudinal.is_some())),
+        (
+            "analyses.transient.histories.further",
+            histories.is_some_and(|h| h.further.iter().any(|of| of.longitudinal.is_some())),
+        ),
     ];
     for (key, _) in beside.into_iter().filter(|(_, given)| *given) {
         faults.push(format!(
@@ -37,14 +43,18 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
                 .into(),
         );
     }
-    let (Some(from), Some(vehicle)) = (contact.from, &job.vehicle) else { return };
-    if contact.wheels != ContactWheels::Both {
+    let is_wheelset = match job.bodies.upper.as_ref().and_then(|body| body.mesh.as_ref()) {
+        Some(MeshSource::Revolved(revolved)) => revolved.middle().is_some(),
+        _ => false,
+    };
+    if contact.wheels != ContactWheels::Both && (is_wheelset || contact.from.is_some()) {
         faults.push(
             "contact.torque: is that of an axle, whose creep forces are those of both wheels; expected contact.wheels \
              = \"both\", or leave it out"
                 .into(),
         );
     }
+    let (Some(from), Some(vehicle)) = (contact.from, &job.vehicle) else { return };
     let [leading, _] = from.wheel.place();
     let expected = vehicle.data().torque[usize::from(!leading)];
     if torque != expected {
