@@ -11,7 +11,7 @@ use crate::parallel::World;
 use crate::placement::read::ProfileKind;
 use crate::placement::{MovableWheel, Position, RailSide, WheelPlacement};
 use crate::{Error, Result};
-use serde_json::json;
+use serde_json::{json, Value};
 use std::collections::HashMap;
 
 /// A place of contact with less than this share of the load of its wheel is not told of.
@@ -384,8 +384,9 @@ fn settle_near(world: &World, job: &mut Job, similar: Option<&CurvingSolution>) 
     })?;
     let (bytes, solution) = found.unzip();
     let bytes = world.broadcast(bytes.unwrap_or_default());
-    let contacts: Vec<job::Contact> =
-        serde_json::from_slice(&bytes).map_err(|e| Error::Defect(format!("contact in a curve: {e}")))?;
+    let wrong = |e: &dyn std::fmt::Display| Error::Defect(format!("contact in a curve: {e}"));
+    let value: Value = serde_json::from_slice(&bytes).map_err(|e| wrong(&e))?;
+    let contacts: Vec<job::Contact> = job::from_json(&value).map_err(|e| wrong(&e))?;
     let mut settled = contacts.into_iter().map(|c| job::Contact { in_equilibrium: true, ..c });
     let Some(first) = settled.next() else { return Ok(solution) };
     job.contact = Some(job::Contact { further: settled.collect(), ..first });

@@ -1,6 +1,7 @@
 //! Keys of `analyses.cycles`, and the job at other values of the key that a branch follows.
 
 use super::cycles::Cycles;
+use super::from_json;
 use super::model::{Bodies, Body, Contact, Creepage, Job};
 use super::overrides::put;
 use super::transient::SoundPower;
@@ -220,7 +221,7 @@ where
     let mut json = serde_json::to_value(part).map_err(|e| e.to_string())?;
     let path: Vec<&str> = path.split('.').collect();
     put(&mut json, &path, Value::Number(number), "analyses.cycles.along").map_err(|e| e.to_string())?;
-    serde_json::from_value(json).map_err(|e| e.to_string())
+    from_json(&json).map_err(|e| e.to_string())
 }
 
 /// Parts of a key of the damping of a body: true for the upper body, and the rest of the key.

@@ -2,6 +2,7 @@
 //! computed.
 
 use super::damping;
+use super::from_json;
 use super::model::*;
 use super::overrides::{check_path, put};
 use super::schema::Checker;
@@ -134,7 +135,7 @@ pub(super) fn points(
             return Err(refused(fault));
         }
         let stated = damping::stated(&job);
-        let mut job: Job = serde_json::from_value(job).map_err(|e| refused(&e.to_string()))?;
+        let mut job: Job = from_json(&job).map_err(|e| refused(&e.to_string()))?;
         if let Some(fault) = job.resolve_contacts().first() {
             return Err(refused(fault));
         }
