@@ -121,12 +121,9 @@ impl Reduction {
         Self { root: Some(looked_through(model)), approximate: false }
     }
 
-    /// Gives the bodies the rotation that they have in `job`, the same job at another angular speed.
-    pub(super) fn take_up(&mut self, job: &Job) -> Result<()> {
-        if let Some(root) = self.root.as_mut().filter(|root| root.rotation.iter().any(Option::is_some)) {
-            root.pair = root.pair_of(job)?;
-        }
-        Ok(())
+    /// Gives the bodies the rotation that they have in `job` ([`ReducedModel::turn`]).
+    pub(super) fn turn(&mut self, job: &Job) -> Result<()> {
+        self.root.as_mut().map_or(Ok(()), |root| root.turn(job))
     }
 
     /// Elsewhere: no model.

@@ -275,7 +275,7 @@ impl<'s> RunState<'s> {
         let Some((job, angular_speed)) = axle_torque::balanced_on_root(run.world(), run.job, root)? else {
             return Ok(());
         };
-        model.take_up(&job)?;
+        model.turn(&job)?;
         run.summary.value("angular speed of the axle, by its torque", format!("{angular_speed:.6} rad/s"));
         for (number, one) in job.contact.iter().flat_map(job::Contact::all).enumerate() {
             let job::Creepage { longitudinal, lateral, spin } = one.creepage;

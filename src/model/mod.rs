@@ -146,6 +146,20 @@ impl ReducedModel {
         Ok(Self { interface, bodies, place, pair, own: Default::default(), rotation: [None, None], at_rest })
     }
 
+    /// Gives both bodies the rotation that they have in `job`, the same job at another angular speed. Where a state of
+    /// rest does not see W it stays that of before, as in [`SharedModel::pair`].
+    pub(crate) fn turn(&mut self, job: &Job) -> Result<()> {
+        if self.rotation.iter().all(Option::is_none) {
+            return Ok(());
+        }
+        let changed = adapt(&mut self.pair, job, (&self.own, &self.rotation), &mut Default::default())?;
+        if changed && self.pair.local.is_none() {
+            self.pair.renew_compliance();
+        }
+        carry(&mut self.pair, job, &self.interface, &self.rotation);
+        Ok(())
+    }
+
     /// Both bodies with the damping and the rotation of another `job` on them.
     pub fn pair_of(&self, job: &Job) -> Result<CoupledModel> {
         let mut pair = self.pair.clone();
