@@ -31,13 +31,14 @@ use crate::{Error, Result};
 /// Torque that may be left, over the sum of μ N r of all contacts.
 const BALANCED: f64 = 1e-9;
 
-/// Largest part of the angular speed that a step of the search changes it by, as long as it is within `NEAR` of rolling
-/// without slip on the mean: below the creepage at which creep forces saturate, so that their largest torque is seen
-/// where they fall beyond it.
+/// Largest step of the search, as a part of the angular speed, as long as this is within [`NEAR`] of rolling without
+/// slip on the mean. Creep forces saturate at more creepage, so the search does not step over their largest torque.
 const STEP: f64 = 0.003;
+
+/// Change of the angular speed, as a part of it, up to which steps are at most [`STEP`].
 const NEAR: f64 = 0.03;
 
-/// Part that the angular speed is changed by at the most.
+/// Largest change of the angular speed that is looked at, as a part of it.
 const FARTHEST: f64 = 0.1;
 
 /// Largest number of steps between two angular speeds on either side of the solution.

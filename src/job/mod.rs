@@ -272,8 +272,8 @@ fn keep_only(job: &mut Job, only: &str) -> Result<()> {
     Ok(())
 }
 
-/// A part of a job from its JSON; an error has the path of the fault. All parts are read by this one function: the code
-/// that reads them is made once for each kind of input, and was a tenth of all code when there were three.
+/// A part of a job from its JSON; an error has the path of the fault. All parts are read by this one function, since
+/// the compiler makes the code that reads them anew for each kind of input: three were a tenth of all code.
 pub(crate) fn from_json<T: DeserializeOwned>(
     value: &Value,
 ) -> std::result::Result<T, serde_path_to_error::Error<serde_json::Error>> {
