@@ -334,6 +334,16 @@ impl Hybrid {
         self.beside = beside;
     }
 
+    /// Lines of the grid of each contact along x and y, m.
+    pub(super) fn grids(&self) -> &[Lines] {
+        &self.grids
+    }
+
+    /// ψ̂ of the modes, `[9T, m]`, once they are known.
+    pub(super) fn contact_modes(&self) -> &Mat<f64> {
+        &self.seen
+    }
+
     fn constant(&self, name: &str) -> Result<Mat<f64>> {
         let missing = || Error::Defect(format!("body \"{name}\" has no compliance: it is not factorised"));
         let constant = self.constant.as_ref().ok_or_else(missing)?;

@@ -2,8 +2,9 @@
 //! period, the orders spread over the ranks; damping couples all modes of a family.
 
 use super::clusters;
+use super::discrete_supports::{on_bays, OnBays};
 use super::half_space::HalfSpace;
-use super::hybrid::{of_circles, statics, Compact, ContactFunctions, Hybrid, LoadCircles};
+use super::hybrid::{of_circles, Compact, ContactFunctions, Hybrid, Lines, LoadCircles};
 use super::mode_cache::{by_ranks, CachedModes};
 use super::modes::Extent;
 use super::{ContactSpec, ElasticBody, Kind, ModeLabel, ProgressFn, TraceModes};
@@ -13,7 +14,7 @@ use crate::swept::modes::{below, by_orders, contact_functions, limit_of, of_orde
 use crate::swept::waves::{self, Member, RailDamping, RailMode};
 use crate::swept::{
     family_shares, infinite, rotate_loads, ContactModeData, DiscreteSupports, DisplayMesh, Forms, HeadPoint, Infinite,
-    LineLoad, LoadPatch, PictureModes,
+    LineLoad, LoadPatch, PictureModes, RailMember, RailOnPads,
 };
 use crate::swept::{RailTrack, SectionContact, LOADS};
 use crate::{Error, Result};
@@ -35,6 +36,8 @@ pub struct RailSpec<'a> {
     pub period: f64,
     /// Track under the rail, spread evenly.
     pub track: RailTrack,
+    /// The whole track, spread evenly, below the rail without ends.
+    pub even: RailTrack,
     /// Positions of pads and sleepers, if they stand apart; its `track` is then the pads alone.
     pub bays: Option<DiscreteSupports>,
     /// Its damping beside that of the track.
@@ -54,6 +57,7 @@ pub struct RailOnTrack<'w> {
     /// Meshed for the modes, in the frame of the surface at the contact point.
     forms: Rc<Forms>,
     track: RailTrack,
+    even: RailTrack,
     bays: Option<DiscreteSupports>,
     damping: RailDamping,
     period: f64,
@@ -93,10 +97,24 @@ pub struct RailSpectrum {
     damping: Option<Mat<f64>>,
 }
 
+impl RailSpectrum {
+    /// The modes order by order, the contact this far `ahead` of that of the first rail along +x, m.
+    pub(super) fn on_pads(&self, ahead: f64) -> RailOnPads<'_> {
+        RailOnPads { forms: &self.forms, tilt: self.angle, waves: &self.all, ahead }
+    }
+
+    /// The modes that are kept, ascending.
+    pub(super) fn members(&self) -> Vec<Member> {
+        let mut list = members(&self.all);
+        list.truncate(self.keep);
+        list
+    }
+}
+
 impl<'w> RailOnTrack<'w> {
     /// The rail `name`, the same on every rank.
     pub fn new(world: &'w World, name: &str, making: RailSpec) -> Result<Self> {
-        let RailSpec { section, material, period, track, bays, damping, tilt, contacts } = making;
+        let RailSpec { section, material, period, track, even, bays, damping, tilt, contacts } = making;
         let angle = section.contact().angle;
         let forms = Forms::along(section.for_modes()?, material, period, Some(&track), angle)
             .map_err(|e| e.context(format!("bodies.{name}")))?;
@@ -110,6 +128,7 @@ impl<'w> RailOnTrack<'w> {
             section,
             forms: Rc::new(forms),
             track,
+            even,
             bays,
             damping,
             period,
@@ -123,6 +142,21 @@ impl<'w> RailOnTrack<'w> {
         let placed = rail.contact.place(rail.forms.path, &contacts, &tilts);
         placed.map_err(|e| e.context(format!("compliance of body \"{name}\"")))?;
         Ok(rail)
+    }
+
+    /// The modes, once they are known.
+    pub(super) fn spectrum(&self) -> Option<&RailSpectrum> {
+        self.found.as_deref()
+    }
+
+    /// Lines of the grid of each contact along x and y, m.
+    pub(super) fn grids(&self) -> &[Lines] {
+        self.contact.grids()
+    }
+
+    /// ψ̂ of the modes at the contacts, 1/√kg and 1/(√kg m), `[9T, m]`, once they are known.
+    pub(super) fn contact_modes(&self) -> &Mat<f64> {
+        self.contact.contact_modes()
     }
 
     /// Amplitudes of an order.
@@ -275,42 +309,6 @@ impl<'w> RailOnTrack<'w> {
         }
         found
     }
-
-    /// Collective: the modes of the rail on its bays, from those on even pads, and what its compliance has beside
-    /// that on even pads.
-    fn on_bays(
-        &mut self,
-        bays: &DiscreteSupports,
-        all: &[RailMode],
-        list: &[Member],
-        seen: &Mat<f64>,
-    ) -> Result<OnBays> {
-        let world = self.world;
-        let angle = self.section.contact().angle;
-        let laid = world.on_root(|| {
-            let damping = waves::damping(&self.forms, all, list, &self.damping);
-            let laid = bays.lay((&self.forms, angle), all, list, &damping)?;
-            Ok((seen * &laid.shares, laid.omega, laid.damping))
-        })?;
-        let omega = world.broadcast(laid.as_ref().map_or(Vec::new(), |l| l.1.clone()));
-        let rows = seen.nrows();
-        let numbers = laid.as_ref().map(|l| (0..rows * l.0.ncols()).map(|i| l.0[(i % rows, i / rows)]).collect());
-        let numbers: Vec<f64> = world.broadcast(numbers.unwrap_or_default());
-        let moved = Mat::from_fn(rows, omega.len(), |c, k| numbers[c + rows * k]);
-        let even = statics(&frequencies(all, list), seen.as_ref());
-        self.contact.add(statics(&omega, moved.as_ref()) - even);
-        Ok(OnBays { omega, seen: moved, damping: laid.map(|l| l.2) })
-    }
-}
-
-/// The modes of a rail on pads that stand apart.
-struct OnBays {
-    /// Angular frequencies, rad/s, `[m]`.
-    omega: Vec<f64>,
-    /// Their values at the contacts, as [`RailOnTrack::seen_at`].
-    seen: Mat<f64>,
-    /// Their damping matrix, 1/s, `[m, m]`; on rank 0.
-    damping: Option<Mat<f64>>,
 }
 
 /// Modes of all orders and families, ascending, those of a pair beside each other.
@@ -400,7 +398,12 @@ impl ElasticBody for RailOnTrack<'_> {
             Extent::Count(_) => omega.last().copied().unwrap_or(0.0),
         };
         if let Some(bays) = self.bays {
-            let OnBays { omega, seen, damping } = self.on_bays(&bays, &all, &list, &seen)?;
+            let rail = RailOnPads { forms: &self.forms, tilt: self.section.contact().angle, waves: &all, ahead: 0.0 };
+            let members: Vec<RailMember> = list.iter().map(|&member| (0, member)).collect();
+            let damping = || Ok(waves::damping(&self.forms, &all, &list, &self.damping));
+            let laid = on_bays(self.world, &bays, (&[rail], &members), &seen, damping).map_err(named)?;
+            let OnBays { omega, seen, damping, beside } = laid;
+            self.contact.add(beside);
             let rows = root.then_some(self.contact.of_modes(&omega, &seen));
             self.keep(known, (extent, all, keep), None);
             // They are waves of many orders each, and solved densely.
@@ -447,12 +450,10 @@ impl ElasticBody for RailOnTrack<'_> {
         if places.is_empty() {
             return Ok(Vec::new());
         }
-        // Pads and sleepers that stand apart are spread evenly.
-        let track = RailTrack { sleeper: self.bays.map_or(self.track.sleeper, |b| b.sleeper), ..self.track };
         let making = infinite::InfiniteRailSpec {
             section: self.section.for_modes()?,
             material: self.forms.material,
-            track: Some(track),
+            track: Some(self.even),
             angle: self.section.contact().angle,
             loss: self.damping.loss,
             places,

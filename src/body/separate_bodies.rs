@@ -23,7 +23,7 @@ use faer::Mat;
 use std::collections::BTreeMap;
 
 /// One of some bodies that do not move each other.
-pub struct SeparateBody<'w> {
+pub struct SeparateBody<B> {
     /// Its name among them, as messages have it.
     pub name: String,
     /// Names of its modes; none: their own ones, with its name behind them.
@@ -31,31 +31,37 @@ pub struct SeparateBody<'w> {
     /// Number of its section among them: bodies of one section have the same modes, seen at other places.
     pub section: usize,
     /// The body.
-    pub body: Box<dyn ElasticBody + 'w>,
+    pub body: B,
 }
 
 /// Bodies that do not move each other.
-pub struct SeparateBodies<'w> {
+pub struct SeparateBodies<'w, B> {
     world: &'w World,
     name: String,
     /// The bodies, in the order of their contacts.
-    bodies: Vec<SeparateBody<'w>>,
+    bodies: Vec<SeparateBody<B>>,
     /// Body and number on it of each mode, ascending, once they are known.
     order: Vec<(usize, usize)>,
 }
 
-impl<'w> SeparateBodies<'w> {
+impl<'w, B: ElasticBody> SeparateBodies<'w, B> {
     /// The body `name` of several; contact rows of the first one come first.
-    pub fn new(world: &'w World, name: &str, bodies: Vec<SeparateBody<'w>>) -> Self {
+    pub fn new(world: &'w World, name: &str, bodies: Vec<SeparateBody<B>>) -> Self {
         Self { world, name: name.into(), bodies, order: Vec::new() }
     }
 
-    fn each(&self) -> impl Iterator<Item = &(dyn ElasticBody + 'w)> {
-        self.bodies.iter().map(|one| &*one.body)
+    /// The bodies, in the order of their contacts.
+    pub fn each(&self) -> impl Iterator<Item = &B> {
+        self.bodies.iter().map(|one| &one.body)
+    }
+
+    /// Body and number on it of each mode, ascending, once they are known.
+    pub fn order(&self) -> &[(usize, usize)] {
+        &self.order
     }
 
     /// Joins a matrix of each body whose rows are those of its contacts and whose columns are its modes, `[rows, m]`.
-    fn joined_modes(&self, each: &[&Mat<f64>]) -> Mat<f64> {
+    pub fn joined_modes(&self, each: &[&Mat<f64>]) -> Mat<f64> {
         let rows = each.iter().map(|of| of.nrows()).sum();
         let mut all = Mat::zeros(rows, self.order.len());
         for (j, &(body, k)) in self.order.iter().enumerate() {
@@ -115,7 +121,7 @@ fn diagonal(each: &[Mat<f64>]) -> Mat<f64> {
     all
 }
 
-impl ElasticBody for SeparateBodies<'_> {
+impl<B: ElasticBody> ElasticBody for SeparateBodies<'_, B> {
     fn name(&self) -> &str {
         &self.name
     }
@@ -198,11 +204,12 @@ impl ElasticBody for SeparateBodies<'_> {
                 (Some(self.joined_modes(&rows.ok_or_else(missing)?)), damping)
             }
         };
-        let label = |one: &SeparateBody, of: &ModeLabel| match &one.family {
+        let label = |one: &SeparateBody<B>, of: &ModeLabel| match &one.family {
             Some(family) => ModeLabel { order: of.order, family: family.clone() },
             None => of.on(&one.name),
         };
-        let named = |(one, modes): (&SeparateBody, &TraceModes)| modes.names.iter().map(|of| label(one, of)).collect();
+        let named =
+            |(one, modes): (&SeparateBody<B>, &TraceModes)| modes.names.iter().map(|of| label(one, of)).collect();
         let names: Vec<Vec<ModeLabel>> = self.bodies.iter().zip(&each).map(named).collect();
         let list = |of: fn(&TraceModes) -> &Vec<f64>| self.joined_list(&each.iter().map(of).collect::<Vec<_>>());
         Ok(TraceModes {

@@ -1,8 +1,9 @@
 //! A rail, as a job gives it.
 
 use crate::body::rail::{RailOnTrack as RailBody, RailSpec};
+use crate::body::rails_on_sleepers::RailsOnSleepers;
 use crate::body::separate_bodies::{SeparateBodies, SeparateBody};
-use crate::body::ContactSpec;
+use crate::body::{ContactSpec, ElasticBody};
 use crate::fem::ElasticMaterial;
 use crate::job::{self, Extruded, Job, MeshSource, RailFile, RailSection};
 use crate::mesh::msh::plane;
@@ -11,8 +12,8 @@ use crate::summary::Summary;
 use crate::swept::waves::RailDamping;
 use crate::swept::BuiltRail;
 use crate::swept::{
-    AbsorbingEnds, Beam, DiscreteSupports, DrawnRail, DrawnSection, Path, PlacedRailSection, RailTrack, SleeperLayer,
-    TrackLayer,
+    AbsorbingEnds, Beam, DiscreteSupports, DrawnRail, DrawnSection, Path, PlacedRailSection, RailTrack, SleeperBar,
+    SleeperLayer, TrackLayer,
 };
 use crate::{Error, Result};
 use std::f64::consts::PI;
@@ -180,6 +181,10 @@ fn bays(track: &job::Track, laid: &RailTrack, period: f64) -> Option<DiscreteSup
         position: track.position,
         pad,
         sleeper,
+        shared: track
+            .sleeper
+            .and_then(|s| s.both_rails)
+            .map(|bar| SleeperBar { length: bar.length, rail_distance: bar.rail_distance }),
     })
 }
 
@@ -250,6 +255,7 @@ fn planned<'a>(
         period,
         // Sleepers that stand apart are no part of the section.
         track: if bays.is_some() { RailTrack { sleeper: None, ..laid } } else { laid },
+        even: laid,
         bays,
         damping: RailDamping { loss: track.loss_factor, ends },
         contacts: specs,
@@ -265,12 +271,25 @@ pub(crate) fn build<'w>(
     body: (&str, &job::Body),
     contacts: &[RailContact],
 ) -> Result<RailBody<'w>> {
-    let Planned { making, beam, laid } = planned(world, job, body, contacts)?;
+    let rail = planned(world, job, body, contacts)?;
+    if rail.making.bays.is_some_and(|bays| bays.shared.is_some()) {
+        return Err(Error::Job(format!(
+            "bodies.{}.track.sleeper.both_rails: only one wheel touches its rail, expected both; leave the key out for \
+             a rail with half a sleeper of its own",
+            body.0
+        )));
+    }
+    told((world, summary), body.0, rail)
+}
+
+/// A rail; its size and range of validity go to the summary.
+fn told<'w>((world, summary): (&'w World, &mut Summary), name: &str, rail: Planned) -> Result<RailBody<'w>> {
+    let Planned { making, beam, laid } = rail;
     let dashpots = making.damping.ends.filter(|ends| ends.along > 0.0);
     let from = dashpots.map(|ends| endless_along(&beam, &laid, &ends));
-    let rail = RailBody::new(world, body.0, making)?;
+    let rail = RailBody::new(world, name, making)?;
     let (unknowns, mass) = (rail.unknowns(), rail.mass());
-    summary.line(format!("body {}: rail, {unknowns} unknowns of each order, {mass:.2} kg/m", body.0));
+    summary.line(format!("body {name}: rail, {unknowns} unknowns of each order, {mass:.2} kg/m"));
     if let Some(from) = from {
         let percent = 100.0 * ENDLESS;
         let on = match from {
@@ -278,31 +297,46 @@ pub(crate) fn build<'w>(
             None => format!("nowhere up to {HIGHEST:.0} Hz: see track.ends.longitudinal"),
         };
         let what = "longitudinal receptance of the rail within";
-        summary.line(format!("body {}: {what} {percent:.0} % of the infinite rail {on}", body.0));
+        summary.line(format!("body {}: {what} {percent:.0} % of the infinite rail {on}", name));
     }
     Ok(rail)
 }
 
-/// The rails of both sides with the contacts of each, the one of the first contact first, told in the summary.
+/// The rails of both sides with the contacts of each, the one of the first contact first, told in the summary; the
+/// first contact of the second one is `ahead` of that of the first one along +x, m.
 pub(crate) fn build_both<'w>(
     (world, summary): (&'w World, &mut Summary),
     job: &Job,
     body: (&str, &job::Body),
-    contacts: [&[RailContact]; 2],
-) -> Result<SeparateBodies<'w>> {
-    let [first, second] = contacts;
+    (contacts, ahead): ([&[RailContact]; 2], f64),
+) -> Result<Box<dyn ElasticBody + 'w>> {
     let right = |of: &[RailContact]| of.first().and_then(|c| c.at).is_some_and(|at| at.right);
-    let names = [first, second].map(|of| if right(of) { "right" } else { "left" });
-    summary.line(format!("body {}: two rails without coupling, {} and {}", body.0, names[0], names[1]));
-    let one = build((world, summary), job, body, first)?;
-    let other = RailBody::new(world, body.0, planned(world, job, body, second)?.making)?;
+    let names = contacts.map(|of| if right(of) { "right" } else { "left" });
+    let [first, second] = [0, 1].map(|rail| planned(world, job, body, contacts[rail]));
+    let [mut first, mut second] = [first?, second?];
+    // Sleepers below both rails couple them; without these each rail is on even pads.
+    let shared = first.making.bays.filter(|bays| bays.shared.is_some());
+    if shared.is_some() {
+        (first.making.bays, second.making.bays) = (None, None);
+    } else if let Some(bays) = &mut second.making.bays {
+        // Sleepers lie across the track.
+        bays.position += ahead;
+    }
+    let what = if shared.is_some() { "on common sleepers" } else { "without coupling" };
+    summary.line(format!("body {}: two rails {what}, {} and {}", body.0, names[0], names[1]));
+    let one = told((world, summary), body.0, first)?;
+    let other = RailBody::new(world, body.0, second.making)?;
     let named = |side: &str, rail: RailBody<'w>| SeparateBody {
         name: format!("{side} rail"),
         family: Some(side.into()),
         section: 0,
-        body: Box::new(rail),
+        body: rail,
     };
-    Ok(SeparateBodies::new(world, body.0, vec![named(names[0], one), named(names[1], other)]))
+    let rails = SeparateBodies::new(world, body.0, vec![named(names[0], one), named(names[1], other)]);
+    Ok(match shared {
+        Some(sleepers) => Box::new(RailsOnSleepers::new(world, rails, sleepers, ahead)),
+        None => Box::new(rails),
+    })
 }
 
 /// The lowest frequency that a job asks for a motion of the rail at, Hz.

@@ -426,7 +426,11 @@ fn grids_around(job: &Job) -> Result<Vec<ContactGrid>> {
 }
 
 /// The bodies on the lower one, each with its own contact where contacts are `examined`.
-fn separate<'p>((world, summary): (&'p World, &mut Summary), job: &Job, examined: bool) -> Result<SeparateBodies<'p>> {
+fn separate<'p>(
+    (world, summary): (&'p World, &mut Summary),
+    job: &Job,
+    examined: bool,
+) -> Result<SeparateBodies<'p, Swept<'p>>> {
     let standing = standing(job)?;
     let grids = if examined { grids_around(job)? } else { Vec::new() };
     let mut all = Vec::with_capacity(standing.len());
@@ -439,7 +443,7 @@ fn separate<'p>((world, summary): (&'p World, &mut Summary), job: &Job, examined
         let at = |e: Error| e.context(format!("bodies.{}", one.key));
         let touched = Touched { running: &contacts, ..Touched::default() };
         let body = made((world, told), (&one.key, one.body), section(one.body)?, touched).map_err(at)?;
-        all.push(SeparateBody { name: one.name.clone(), family: None, section: first, body: Box::new(body) });
+        all.push(SeparateBody { name: one.name.clone(), family: None, section: first, body });
     }
     let count = all.len();
     summary.line(match standing.iter().all(|one| one.key == "upper") {

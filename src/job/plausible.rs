@@ -122,6 +122,8 @@ const USUAL: &[Usual] = &[
     usual("bodies.*.track.pad.vertical", OnRail, "the stiffness of a pad", [1e6, 1e10], STIFFNESS),
     usual("bodies.*.track.pad.lateral", OnRail, "the stiffness of a pad", [1e5, 1e10], STIFFNESS),
     usual("bodies.*.track.sleeper.ballast.vertical", OnRail, "the stiffness of ballast", [1e6, 1e10], STIFFNESS),
+    usual("bodies.*.track.sleeper.both_rails.length", OnRail, "the length of a sleeper", [0.8, 5.0], LENGTH),
+    usual("bodies.*.track.sleeper.both_rails.rail_distance", OnRail, "the distance of the rails", [0.35, 2.1], LENGTH),
     usual("bodies.*.track.sleeper.mass", OnRail, "half the mass of a sleeper", [10.0, 1000.0], &[("t", |v| 1e3 * v)]),
     usual("bodies.*.track.loss_factor", OnRail, "a loss factor", [0.0, 1.0], &[PER_CENT]),
     usual("bodies.*.track.pad.loss_factor", OnRail, "a loss factor", [0.0, 2.0], &[PER_CENT]),

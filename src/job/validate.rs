@@ -40,6 +40,7 @@ fn faults_of(job: &Job) -> Vec<String> {
         return faults;
     }
     rail::check_modes(job, &mut faults);
+    rail::check_sleepers(job, &mut faults);
     rail::check_track_decay(job, &mut faults);
     curving::check(job, &mut faults);
     if let Some(wanted) = &job.analyses.uncertainty {

@@ -59,7 +59,7 @@ pub use built_rail::BuiltRail;
 pub use builtin::{cylinder, CylinderSection, Focus, RunningPlace, SectionSource};
 pub use compliance::Constant;
 pub use contact::{SectionContact, Spot};
-pub use discrete_supports::{DiscreteSupports, SupportedRailModes};
+pub use discrete_supports::{DiscreteSupports, RailMember, RailOnPads, SleeperBar, SupportedRailModes};
 pub use display_mesh::{DisplayMesh, PictureModes};
 pub use drawn::DrawnSection;
 pub use face::SectionFace;

@@ -43,17 +43,19 @@ pub struct RailTrack {
     pub sleeper: Option<SleeperLayer>,
 }
 
+/// The vertical, longitudinal and lateral direction of the upright section, each by (U, V, W) of one that is turned by
+/// `tilt`, rad, from it, from y to z.
+pub(super) fn axes(tilt: f64) -> [[f64; 3]; 3] {
+    let (s, c) = tilt.sin_cos();
+    [[c, 0.0, s], [0.0, 1.0, 0.0], [-s, 0.0, c]]
+}
+
 /// diag(vertical, longitudinal, lateral) for (U, V, W) of a section that is turned by `tilt`, rad, from the upright
 /// one, from y to z.
-fn turned([vertical, longitudinal, lateral]: [f64; 3], tilt: f64) -> [[f64; 3]; 3] {
-    let (s, c) = tilt.sin_cos();
-    let (up, aside) = ([c, 0.0, s], [-s, 0.0, c]);
-    std::array::from_fn(|i| {
-        std::array::from_fn(|j| {
-            let along = if (i, j) == (1, 1) { longitudinal } else { 0.0 };
-            vertical * up[i] * up[j] + lateral * aside[i] * aside[j] + along
-        })
-    })
+fn turned(stiffness: [f64; 3], tilt: f64) -> [[f64; 3]; 3] {
+    let along = axes(tilt);
+    let entry = |i: usize, j: usize| (0..3).map(|d| stiffness[d] * along[d][i] * along[d][j]).sum();
+    std::array::from_fn(|i| std::array::from_fn(|j| entry(i, j)))
 }
 
 /// Springs and dashpots of a layer.

@@ -34,6 +34,47 @@ fn aside_of_the_middle(name: &str, analyses: Value) -> Value {
     job
 }
 
+/// Rails of twelve bays of sleepers that have this much stiffness against the ballast across the track, N/m, below both
+/// rails where `whole` says so.
+fn on_sleepers(across: f64, whole: bool) -> Value {
+    let mut job = on_straight_track(json!({ "steady": {}, "stability": {} }));
+    job["bodies"]["lower"]["mesh"]["extruded"]["length"] = json!(7.2);
+    job["bodies"]["lower"]["track"] = json!({
+        "spacing": 0.6, "pad_length": 0.15, "position": 0.1, "ends": { "length": 3 },
+        "sleeper": { "mass": 150, "ballast": { "vertical": 60e6, "lateral": across, "loss_factor": 0 } }
+    });
+    if whole {
+        // Turned about the track or the vertical, such a sleeper has at the rails the mass and the ballast of both.
+        let whole = json!({ "length": 1.5 * 3f64.sqrt(), "rail_distance": 1.5 });
+        job["bodies"]["lower"]["track"]["sleeper"]["both_rails"] = whole;
+    }
+    job
+}
+
+/// Sleepers below both rails that hardly move across or along the track have the eigenvalues of half a sleeper below
+/// each rail, if they turn like two halves: on one rank and on two. Ballast of 1e13 N/m gives way by 4e-6 of what pads
+/// do. Where sleepers can move, there are other eigenvalues.
+#[test]
+fn sleepers_below_both_rails_couple_them() {
+    let folder = Folder::with(on_sleepers(1e13, false).to_string());
+    let found = |job: Value, ranks: usize| -> Vec<Complex64> {
+        std::fs::write(folder.path("job.json"), job.to_string()).expect("the job");
+        let ran = folder.call(ranks, "run", &["--force"]);
+        let text = format!("{}{}", ran.good().out, ran.err);
+        assert_eq!(text.contains("two rails on common sleepers"), job.to_string().contains("both_rails"), "{text}");
+        read(&folder, "job.h5", "stability/eigenvalue")
+    };
+    let off = |a: &[Complex64], b: &[Complex64]| -> f64 {
+        let nearest = |x: &Complex64| b.iter().map(|y| (x - y).norm() / x.norm()).fold(f64::INFINITY, f64::min);
+        a.iter().filter(|x| x.im > TAU * 20.0 && x.im < TAU * 380.0).map(nearest).fold(0.0, f64::max)
+    };
+    let apart = found(on_sleepers(1e13, false), 1);
+    let tied = found(on_sleepers(1e13, true), 2);
+    assert!(apart.len() > 40 && off(&apart, &tied) < 4e-6, "{} of {}", off(&apart, &tied), apart.len());
+    let free = found(on_sleepers(20e6, true), 1);
+    assert!(off(&free, &tied) > 1e-2, "{}", off(&free, &tied));
+}
+
 /// The same of a wheelset of which one half is drawn.
 fn drawn_half() -> Value {
     let mut job = aside_of_the_middle("drawn-wheelset.json", json!({ "steady": {}, "stability": {} }));

@@ -76,7 +76,11 @@ pub(crate) fn build<'p>(
                     let [near, far] = [true, false].map(|near| on_one_rail(&sites, first.side, near, touched));
                     match far.is_empty() {
                         true => Box::new(rail::build((world, summary), job, (name, body), &near)?),
-                        false => Box::new(rail::build_both((world, summary), job, (name, body), [&near, &far])?),
+                        false => {
+                            let other = sites.iter().find(|site| site.side != first.side);
+                            let ahead = other.map_or(0.0, |other| first.ahead - other.ahead);
+                            rail::build_both((world, summary), job, (name, body), ([&near, &far], ahead))?
+                        }
                     }
                 }
                 Some(MeshSource::Revolved(_)) => {

@@ -89,7 +89,8 @@ pub struct Track {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
     pub pad_length: Option<f64>,
-    /// With `pad_length`: distance from the middle of a pad to the contact, along +x, m.
+    /// With `pad_length`: distance from the middle of a pad to the contact, along +x, m; with both wheels to the first
+    /// contact.
     #[serde(default)]
     #[schemars(extend("unit" = "m"))]
     pub position: f64,
@@ -124,7 +125,8 @@ pub struct Layer {
     pub loss_factor: f64,
 }
 
-/// A sleeper, which moves without turning, on ballast.
+/// A sleeper on ballast. Each rail has half of it for itself, which moves without turning, unless `both_rails` says
+/// what the whole is like.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Sleeper {
@@ -132,9 +134,27 @@ pub struct Sleeper {
     #[serde(default = "sleeper_mass")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "kg"))]
     pub mass: f64,
-    /// The ballast under it.
+    /// The ballast under it, as far as it moves with one rail.
     #[serde(default)]
     pub ballast: Layer,
+    /// The whole sleeper below both rails, with `contact.wheels` = "both" and `pad_length`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub both_rails: Option<WholeSleeper>,
+}
+
+/// A sleeper below both rails: a rigid bar with twice the mass and the ballast that move with one rail, spread evenly
+/// along it. It turns about the track and about the vertical.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct WholeSleeper {
+    /// Its length, m.
+    #[serde(default = "sleeper_length")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub length: f64,
+    /// Distance of the middles of the rails, m.
+    #[serde(default = "rail_distance")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "m"))]
+    pub rail_distance: f64,
 }
 
 /// Absorbing ends of the rail: damping by the mass that grows with the square of the distance from where it begins, and
@@ -245,6 +265,14 @@ fn layer_loss() -> f64 {
 
 fn sleeper_mass() -> f64 {
     300.0
+}
+
+fn sleeper_length() -> f64 {
+    2.6
+}
+
+fn rail_distance() -> f64 {
+    1.5
 }
 
 fn end_length() -> f64 {

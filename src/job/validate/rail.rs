@@ -47,6 +47,55 @@ pub fn check_modes(job: &Job, faults: &mut Vec<String>) {
     }
 }
 
+/// Largest part of the gauge by which the middles of rails may be farther apart than their running edges.
+const HEADS: f64 = 0.15;
+
+/// Adds the faults of sleepers below both rails.
+pub fn check_sleepers(job: &Job, faults: &mut Vec<String>) {
+    for (name, body) in job.bodies() {
+        let Some(track) = &body.track else { continue };
+        let Some(whole) = track.sleeper.and_then(|sleeper| sleeper.both_rails) else { continue };
+        let path = format!("bodies.{name}.track");
+        let key = format!("{path}.sleeper.both_rails");
+        if track.pad_length.is_none() {
+            faults.push(format!(
+                "{key}: found without {path}.pad_length; sleepers below both rails stand apart: give the length of \
+                 their pads, e.g. 0.15"
+            ));
+        }
+        if whole.rail_distance >= whole.length {
+            faults.push(format!(
+                "{key}.rail_distance: found {} m, expected less than the length of the sleeper ({} m)",
+                whole.rail_distance, whole.length
+            ));
+        }
+        if job.contact.as_ref().is_none_or(|contact| contact.wheels != ContactWheels::Both) {
+            faults.push(format!(
+                "{key}: found without contact.wheels = \"both\"; one wheel alone is modelled with the rail that it \
+                 runs on: let both run, or leave the key out"
+            ));
+        }
+        let gauge = match (&job.curve, job.placement()) {
+            (Some(curve), _) if curve.gauge_widening > 0.0 => {
+                Some(("curve.gauge + curve.gauge_widening", curve.gauge + curve.gauge_widening))
+            }
+            (Some(curve), _) => Some(("curve.gauge", curve.gauge)),
+            (None, Some(placement)) => Some(("contact.placement.gauge", placement.gauge)),
+            _ => None,
+        };
+        if let Some((of, gauge)) =
+            gauge.filter(|(_, gauge)| !(whole.rail_distance > *gauge && whole.rail_distance < (1.0 + HEADS) * gauge))
+        {
+            faults.push(format!(
+                "{key}.rail_distance: found {} m with {of} = {gauge} m, expected a little more than the gauge: the \
+                 distance of the middles of the rails, {:.3} m with heads of 65 mm",
+                whole.rail_distance,
+                gauge + 0.065
+            ));
+        }
+    }
+}
+
 /// Adds the faults of track decay rates: they are of one rail, on a track.
 pub fn check_track_decay(job: &Job, faults: &mut Vec<String>) {
     if job.analyses.track_decay.is_none() {
@@ -111,6 +160,23 @@ mod tests {
     /// Answer of the job to a change of it.
     fn says(set: &str) -> String {
         Job::from_bytes(BAYS, Path::new("job.json"), &[set.to_string()], None).expect_err("must be refused").to_string()
+    }
+
+    #[test]
+    fn sleepers_below_both_rails_have_both() {
+        const WHEELSET: &[u8] = include_bytes!("../../../jobs/wheelset-sleepers.json");
+        let says = |set: &str| {
+            let job = Job::from_bytes(WHEELSET, Path::new("job.json"), &[set.to_string()], None);
+            job.expect_err("must be refused").to_string()
+        };
+        let one = says("contact.wheels=\"one\"");
+        assert!(one.contains("sleeper.both_rails: found without contact.wheels = \"both\""), "{one}");
+        let even = says("bodies.lower.track.pad_length=null");
+        assert!(even.contains("sleeper.both_rails: found without bodies.lower.track.pad_length"), "{even}");
+        let short = says("bodies.lower.track.sleeper.both_rails.length=1.4");
+        assert!(short.contains("rail_distance: found 1.5 m, expected less than the length"), "{short}");
+        let metre = says("curve.gauge=1.0");
+        assert!(metre.contains("rail_distance: found 1.5 m with curve.gauge = 1 m"), "{metre}");
     }
 
     #[test]
