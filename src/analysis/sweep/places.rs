@@ -29,9 +29,12 @@ use serde_json::{json, Value};
 
 /// Fewer places than these are computed, each for itself.
 const LEAST: usize = 96;
-/// Places that a table begins with, and those that it has at the most.
+/// Places that a table begins with, those of a short profile, and those that it has at the most.
 const FIRST: usize = 5;
+const FIRST_OF_SHORT: usize = 2;
 const MOST: usize = 40;
+/// A profile is short if its places lie within this part of the radius of the circles.
+const SHORT: f64 = 0.1;
 /// Errors of a table between its places from which on it gets more of them, attempt after attempt.
 const PRECISE: [f64; 3] = [2e-3, 5e-4, 1e-4];
 /// A place lies between two others where it is this part of their distance away from both.
@@ -44,8 +47,8 @@ const NARROWEST: f64 = 0.1;
 /// Radius that the sections are meshed for over the smallest one: on the mesh of a contact the compliance depends on
 /// how the elements lie below the load, which no interpolation follows.
 const FINER: f64 = 0.5;
-/// Points that are solved to compare them, their least number, and points that are tried for each of them, since a
-/// point may have no state of rest.
+/// Points that are solved to compare them, on short profiles and at the least half as many; and points that are tried
+/// for each of them, since a point may have no state of rest.
 const CHECKED: usize = 8;
 const FEWEST: usize = 4;
 const TRIED: usize = 3;
@@ -257,9 +260,10 @@ fn checks(
     let mut order: Vec<usize> = (0..sites.len()).collect();
     order.sort_by(|&a, &b| sites[a].seats[0].y.total_cmp(&sites[b].seats[0].y));
     let mut all = Vec::new();
-    for k in 0..CHECKED {
-        progress.note(format!("place {} of {CHECKED} to compare", k + 1));
-        let middle = (2 * k + 1) * order.len() / (2 * CHECKED);
+    let checked = if profiles.iter().all(Profile::is_short) { FEWEST } else { CHECKED };
+    for k in 0..checked {
+        progress.note(format!("place {} of {checked} to compare", k + 1));
+        let middle = (2 * k + 1) * order.len() / (2 * checked);
         let rank = k % world.size;
         for &member in order.iter().skip(middle).take(TRIED) {
             let (i, site) = (family.members[member], sites[member]);
@@ -376,6 +380,8 @@ struct Profile<'a> {
     /// Places of the points on it, ascending, with the radii of the circles of the loads there, m.
     seats: Vec<(Seat, f64)>,
     table: PlaceTable,
+    /// Places that the table began with.
+    first: usize,
 }
 
 impl<'a> Profile<'a> {
@@ -389,17 +395,23 @@ impl<'a> Profile<'a> {
         let mut table = PlaceTable::new(one.compacts[0].half_space, one.compacts[0].seen.ncols(), reference);
         table.insert(&one);
         let (mut last, length) = (from.y, to - from.y);
-        for k in 1..FIRST {
-            let wanted = from.y + length * k as f64 / (FIRST - 1) as f64;
+        let first = if length < SHORT * reference { FIRST_OF_SHORT } else { FIRST };
+        for k in 1..first {
+            let wanted = from.y + length * k as f64 / (first - 1) as f64;
             let far = |s: &(Seat, f64)| (s.0.y - wanted).abs();
             let Some(&(seat, _)) = seats.iter().min_by(|a, b| far(a).total_cmp(&far(b))) else { continue };
-            if seat.y - last > 0.1 * length / FIRST as f64 {
-                progress.step("places", k, FIRST);
+            if seat.y - last > 0.1 * length / first as f64 {
+                progress.step("places", k, first);
                 table.insert(&making.computed((seat, range_about(&seats, seat.y)))?);
                 last = seat.y;
             }
         }
-        Ok(Self { making, seats, table })
+        Ok(Self { making, seats, table, first })
+    }
+
+    /// Returns whether all places lie near each other.
+    fn is_short(&self) -> bool {
+        self.first == FIRST_OF_SHORT
     }
 
     /// Radii that those of the contacts about a place `y`, m, lie between, m.
