@@ -160,6 +160,9 @@ fn both_wheels_share_the_torque_of_a_brake() {
         let (own, all) = (values("stability/eigenvalue"), values("sweep/eigenvalue"));
         let offset: Vec<i64> = file.dataset("sweep/offset").and_then(|d| d.read_raw()).expect("offsets");
         let braked = &all[offset[1] as usize..];
+        let angular: Vec<f64> = file.dataset("sweep/angular_speed").and_then(|d| d.read_raw()).expect("speeds");
+        let own_speed = speeds[speeds.len() - 1];
+        assert!((angular[1] / own_speed - 1.0).abs() < 1e-9 && angular[0] > angular[1], "{angular:?} {own_speed}");
         for value in braked {
             let apart = own.iter().map(|v| (v - value).norm()).fold(f64::INFINITY, f64::min);
             assert!(apart < 1e-6 * value.norm() + 1e-6, "{value} of the sweep is {apart} from any of {own:?}");

@@ -364,6 +364,12 @@ fn with_problem<T>(
     examine(&StabilityProblem { job, stability: wanted, contact: contact_of(job)?, model })
 }
 
+/// Angular speed of the axle of a contact by its torque, rad/s, where one is given.
+fn balanced_speed(contact: &crate::job::Contact) -> Option<f64> {
+    contact.torque?;
+    contact.placement.as_ref()?.angular_speed
+}
+
 /// The outcome of a point with this contact.
 fn outcome_of(contact: &crate::job::Contact, found: &StabilityResult) -> Outcome {
     let (spectrum, linear) = (&found.spectrum, &found.contact);
@@ -387,6 +393,7 @@ fn outcome_of(contact: &crate::job::Contact, found: &StabilityResult) -> Outcome
         reversed: state.map_or(0, |s| s.reversed),
         force,
         approach: state.map_or(f64::NAN, |s| s.patches[0].approach),
+        angular_speed: balanced_speed(contact).unwrap_or(f64::NAN),
         followed: Vec::new(),
         search: EigenvalueSearch::Whole,
         interpolated: false,

@@ -15,7 +15,7 @@ pub(super) struct PackedOutcomes {
 }
 
 /// Numbers of an outcome before its eigenvalues.
-const HEAD: usize = 15;
+const HEAD: usize = 16;
 /// The ways of a search, by their numbers.
 const SEARCHES: [EigenvalueSearch; 6] = [
     EigenvalueSearch::Whole,
@@ -36,7 +36,7 @@ impl PackedOutcomes {
         self.numbers.extend(o.force);
         let search = SEARCHES.iter().position(|s| *s == o.search).unwrap_or(0);
         self.numbers.extend([o.approach, o.backward_error, o.followed.len() as f64, search as f64]);
-        self.numbers.push(f64::from(u8::from(o.interpolated)));
+        self.numbers.extend([f64::from(u8::from(o.interpolated)), o.angular_speed]);
         self.numbers.extend(o.eigenvalues.iter().flat_map(|l| [l.re, l.im]));
         let mode = |f: &Followed| f.mode.map_or(-1.0, |m| m as f64);
         self.numbers.extend(o.followed.iter().flat_map(|f| [mode(f), f.value.re, f.value.im, f.agreement]));
@@ -74,6 +74,7 @@ impl PackedOutcomes {
                     .collect(),
                 search: *SEARCHES.get(count(13)).ok_or_else(torn)?,
                 interpolated: head[14] != 0.0,
+                angular_speed: head[15],
             });
         }
         Ok(())

@@ -158,6 +158,7 @@ mod tests {
             ],
             backward_error: 1e-15,
             approach: 1e-5,
+            angular_speed: 21.5,
             force: [1.0, 2.0, 3.0],
             ..failed.clone()
         };

@@ -57,6 +57,8 @@ pub struct Outcome {
     pub force: [f64; 3],
     /// m; NaN where there is none.
     pub approach: f64,
+    /// Angular speed of the axle by its torque, rad/s; NaN where none is given.
+    pub angular_speed: f64,
     /// Modes that are followed from the job's own point, where they are.
     pub followed: Vec<Followed>,
     /// How the eigenvalues were found.
@@ -78,6 +80,7 @@ impl Outcome {
             reversed: 0,
             force: [f64::NAN; 3],
             approach: f64::NAN,
+            angular_speed: f64::NAN,
             followed: Vec::new(),
             search: EigenvalueSearch::Whole,
             interpolated: false,
@@ -167,6 +170,10 @@ pub fn tables(plan: &SweepPlan, all: &[Outcome], own: Option<&Error>) -> Vec<Tab
         ),
         Table::list("/sweep/offset", "1", "First eigenvalue of each point in /sweep/eigenvalue, and the end.", offsets),
     ];
+    if all.iter().any(|o| o.angular_speed.is_finite()) {
+        let text = "Angular speed of the axle by its torque; NaN where the point failed.";
+        tables.push(list("angular_speed", "rad/s", text, &|o| o.angular_speed));
+    }
     for ((key, unit), values) in plan.keys.iter().zip(&plan.units).zip(&plan.values) {
         let text = format!("Value of {key} at each point.");
         let numbers: Option<Vec<f64>> = values.iter().map(serde_json::Value::as_f64).collect();
