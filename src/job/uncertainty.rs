@@ -103,7 +103,7 @@ impl UncertainInput {
 
 /// True if a key may be uncertain.
 fn may_vary(segments: &[&str]) -> bool {
-    matches!(segments, ["bodies" | "contact" | "curve" | "vehicle", _, ..])
+    matches!(segments, ["bodies" | "contact" | "contacts" | "curve" | "vehicle", _, ..])
 }
 
 /// The values of the inputs at all points, `[inputs][points]`: sample after sample, each with the points of the
@@ -157,7 +157,7 @@ pub(super) fn plan(
         check_path(&segments, &format!("{name}: {PATH}.inputs.{i}.key"), checker)?;
         if !may_vary(&segments) {
             return Err(fault(format!(
-                "inputs.{i}.key: found \"{key}\", expected a key of bodies, contact, curve or vehicle"
+                "inputs.{i}.key: found \"{key}\", expected a key of bodies, contact, contacts, curve or vehicle"
             )));
         }
     }

@@ -179,13 +179,83 @@ fn points_of_a_sweep_are_jobs_of_their_own() {
     assert!([(growth[0], slow), (growth[1], own)].iter().all(|(a, b)| (a / b.re - 1.0).abs() < 1e-8), "{growth:?}");
 }
 
+/// Some friction of the outer pad and rotation of the disc, with limit cycles where they are given.
+fn uncertain(cycles: Value) -> Value {
+    let uniform = |from: f64, to: f64| json!({ "uniform": { "from": from, "to": to } });
+    let mut wanted = json!({
+        "inputs": [
+            { "key": "contacts.0.friction", "distribution": uniform(0.2, 0.6) },
+            { "key": "bodies.disc.rotation", "distribution": uniform(10.0, 80.0) }
+        ],
+        "samples": 4, "method": "latin_hypercube", "indices": false
+    });
+    if !cycles.is_null() {
+        wanted["cycles"] = cycles;
+    }
+    wanted
+}
+
+/// Samples of uncertain friction and rotation have the growth rates of single runs.
+#[test]
+fn samples_are_jobs_of_their_own() {
+    let folder = brake(1.0, |job| job["analyses"]["uncertainty"] = uncertain(Value::Null));
+    folder.call(2, "run", &[]).good();
+    let [friction, rotation] =
+        ["contacts.0.friction", "bodies.disc.rotation"].map(|key| read::<f64>(&folder, &format!("uncertainty/values/{key}")));
+    let growth: Vec<f64> = read(&folder, "uncertainty/growth_rate");
+    assert!(growth.len() == 4 && growth.iter().any(|g| *g != growth[0]), "{growth:?}");
+    let last = eigenvalues(
+        &brake(1.0, |job| {
+            job["contacts"][0]["friction"] = json!(friction[3]);
+            job["bodies"]["disc"]["rotation"] = json!(rotation[3]);
+        }),
+        1,
+    )[0];
+    assert!((growth[3] / last.re - 1.0).abs() < 1e-7, "{growth:?} {last}");
+}
+
+/// Both pads are alike. Without rotation what one contact moves the other one by is the same from either side. Forces
+/// of both on the faces of the disc against each other do not bend it, where those along each other do.
+#[test]
+fn receptances_are_those_of_each_pad() {
+    let folder = brake(1.0, |job| {
+        job["bodies"]["disc"]["rotation"] = json!(1e-6);
+        job["analyses"]["stability"] = Value::Null;
+        job["analyses"]["receptance"] = json!({ "frequency": [0, 1000, 2500], "spread": "uniform" });
+    });
+    folder.call(1, "run", &[]).good();
+    let table = |name: &str| read::<Complex64>(&folder, name);
+    let [outer, inner] = ["receptance/lower", "receptance_2/lower"].map(table);
+    let [to, fro] = ["receptance/lower_by_2", "receptance_2/lower_by_1"].map(table);
+    let pads = ["receptance/upper", "receptance_2/upper"].map(table);
+    for f in 0..3 {
+        let entry = |of: &[Complex64], i: usize, j: usize| of[9 * f + 3 * i + j];
+        let size = entry(&outer, 2, 2).norm();
+        let near = |a: Complex64, b: Complex64| (a - b).norm() < 1e-9 * size;
+        // y is towards the axle on one face and away from it on the other one.
+        let sign = |k: usize| if k == 1 { -1.0 } else { 1.0 };
+        for (i, j) in [(0, 0), (0, 2), (1, 1), (1, 2), (2, 0), (2, 2)] {
+            let turned = sign(i) * sign(j) * entry(&inner, i, j);
+            assert!(near(entry(&outer, i, j), turned), "{f}: {outer:?} {inner:?}");
+            assert!(near(entry(&to, i, j), entry(&fro, j, i)), "{f}: {to:?} {fro:?}");
+        }
+        assert!((entry(&pads[0], 2, 2) - entry(&pads[1], 2, 2)).norm() < 1e-9 * entry(&pads[0], 2, 2).norm());
+        // Both normals are into the disc.
+        let [squeezed, bent] = [1.0, -1.0].map(|sign| (entry(&outer, 2, 2) + sign * entry(&to, 2, 2)).norm());
+        assert!(squeezed < 0.05 * bent, "{f}: {squeezed:e} {bent:e}");
+    }
+}
+
 /// Refusals name the key, and say what to do, of all that is not computed of a disc between pads.
 #[test]
 fn what_a_disc_between_pads_has_not_is_refused() {
     type Change = fn(&mut Value);
     let table: [(Change, &[&str]); 22] = [
-        (|job| job["analyses"]["steady"] = json!({}), &["analyses.steady", "modes, stability and sweep"]),
-        (|job| job["analyses"]["receptance"] = json!({ "frequency": [100] }), &["analyses.receptance", "leave it out"]),
+        (|job| job["analyses"]["steady"] = json!({}), &["analyses.steady", "modes, stability, receptance"]),
+        (
+            |job| job["analyses"]["uncertainty"] = uncertain(json!({ "samples": 4, "step": 1e-6, "settled": 0.01 })),
+            &["analyses.uncertainty.cycles", "leave it out"],
+        ),
         (
             |job| job["analyses"]["transient"] = json!({ "duration": 1e-3, "step": 1e-6 }),
             &["analyses.transient", "leave it out"],

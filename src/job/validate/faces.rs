@@ -1,6 +1,7 @@
 //! Rules of a disc that turns between pads that do not (`contacts`).
 
 use super::super::model::*;
+use super::analyses::check_uncertainty;
 use std::f64::consts::TAU;
 
 /// Part of a cell by which cells beside each other may overlap by rounding.
@@ -15,7 +16,7 @@ pub fn check(job: &Job, faults: &mut Vec<String>) {
     for (i, contact) in job.contacts.iter().enumerate() {
         check_cells(&job.contacts[..i], i, contact, faults);
     }
-    check_analyses(&job.analyses, faults);
+    check_analyses(job, faults);
 }
 
 /// Adds the faults of the disc.
@@ -122,25 +123,42 @@ fn overlap(one: &ContactCell, other: &ContactCell) -> bool {
     across < both[1] && along < both[0] && apart < 0.25 * TAU
 }
 
+/// Analyses of a disc between pads.
+const COMPUTED: [&str; 5] = ["modes", "stability", "receptance", "sweep", "uncertainty"];
+
 /// Adds the faults of the analyses: what is computed of a disc between pads, and what is not so far.
-fn check_analyses(analyses: &Analyses, faults: &mut Vec<String>) {
-    let refused = analyses.names().into_iter().filter(|name| !["modes", "stability", "sweep"].contains(name));
-    for name in refused {
+fn check_analyses(job: &Job, faults: &mut Vec<String>) {
+    let analyses = &job.analyses;
+    for name in analyses.names().into_iter().filter(|name| !COMPUTED.contains(name)) {
         faults.push(format!(
-            "analyses.{name}: not for the contacts of a disc with pads so far, for which modes, stability and sweep \
-             are computed; leave it out"
+            "analyses.{name}: not for the contacts of a disc with pads so far, for which there are {}; leave it out",
+            COMPUTED.join(", ")
         ));
     }
     if analyses.names().is_empty() {
         faults.push("analyses: nothing to compute; give \"modes\", or \"modes\" and \"stability\"".into());
     }
+    if let Some(Err(fault)) = analyses.receptance.as_ref().map(|receptance| receptance.frequency.numbers()) {
+        faults.push(format!("analyses.receptance.frequency: {fault}"));
+    }
+    if let Some(wanted) = &analyses.uncertainty {
+        let alone = Uncertainty { cycles: None, ..wanted.clone() };
+        check_uncertainty(job, &alone, faults);
+        if wanted.cycles.is_some() {
+            faults.push(
+                "analyses.uncertainty.cycles: limit cycles are not followed for the contacts of a disc with pads so \
+                 far; leave it out"
+                    .into(),
+            );
+        }
+    }
     match &analyses.modes {
         Some(modes) if modes.count.is_some() == modes.max_frequency.is_some() => {
             faults.push("analyses.modes: give exactly one of count and max_frequency (Hz)".into());
         }
-        None if analyses.stability.is_some() => {
-            faults.push("analyses.modes: missing; analyses.stability is computed on them, e.g. {\"count\": 60}".into());
-        }
+        None => faults.extend(analyses.on_contact().first().map(|name| {
+            format!("analyses.modes: missing; analyses.{name} is computed on the modes, e.g. {{\"count\": 60}}")
+        })),
         _ => {}
     }
     if let Some(sweep) = &analyses.sweep {
