@@ -2,7 +2,8 @@
 //!
 //! On even pads on the ground the rails 1 and 2 have the compliances C_i and the modes Ψ_i at their contacts, with the
 //! angular frequencies Ω. What pads that stand apart have beyond these, and the sleepers, couple the modes of both
-//! ([`DiscreteSupports`]). With the shares Q that the modes of the whole have in these, and their angular frequencies ω,
+//! ([`DiscreteSupports`]). With the shares Q that the modes of the whole have in these, and their angular frequencies
+//! ω,
 //!
 //! ```text
 //! Ψ = diag(Ψ_1, Ψ_2) Q,   C = diag(C_1, C_2) + Ψ ω⁻² Ψᵀ − diag(Ψ_1, Ψ_2) Ω⁻² diag(Ψ_1, Ψ_2)ᵀ

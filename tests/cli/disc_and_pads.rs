@@ -200,8 +200,8 @@ fn uncertain(cycles: Value) -> Value {
 fn samples_are_jobs_of_their_own() {
     let folder = brake(1.0, |job| job["analyses"]["uncertainty"] = uncertain(Value::Null));
     folder.call(2, "run", &[]).good();
-    let [friction, rotation] =
-        ["contacts.0.friction", "bodies.disc.rotation"].map(|key| read::<f64>(&folder, &format!("uncertainty/values/{key}")));
+    let [friction, rotation] = ["contacts.0.friction", "bodies.disc.rotation"]
+        .map(|key| read::<f64>(&folder, &format!("uncertainty/values/{key}")));
     let growth: Vec<f64> = read(&folder, "uncertainty/growth_rate");
     assert!(growth.len() == 4 && growth.iter().any(|g| *g != growth[0]), "{growth:?}");
     let last = eigenvalues(
