@@ -47,8 +47,8 @@ const NARROWEST: f64 = 0.1;
 /// Radius that the sections are meshed for over the smallest one: on the mesh of a contact the compliance depends on
 /// how the elements lie below the load, which no interpolation follows.
 const FINER: f64 = 0.5;
-/// Points that are solved to compare them, on short profiles and at the least half as many; and points that are tried
-/// for each of them, since a point may have no state of rest.
+/// Points that are solved to compare them, their least number, with which short profiles are content, and points that
+/// are tried for each of them, since a point may have no state of rest.
 const CHECKED: usize = 8;
 const FEWEST: usize = 4;
 const TRIED: usize = 3;
@@ -260,11 +260,15 @@ fn checks(
     let mut order: Vec<usize> = (0..sites.len()).collect();
     order.sort_by(|&a, &b| sites[a].seats[0].y.total_cmp(&sites[b].seats[0].y));
     let mut all = Vec::new();
-    let checked = if profiles.iter().all(Profile::is_short) { FEWEST } else { CHECKED };
-    for k in 0..checked {
-        progress.note(format!("place {} of {checked} to compare", k + 1));
-        let middle = (2 * k + 1) * order.len() / (2 * checked);
-        let rank = k % world.size;
+    let wanted = if profiles.iter().all(Profile::is_short) { FEWEST } else { CHECKED };
+    // Every other part of the profile first: what is content with few has them spread as well.
+    for k in (0..CHECKED).step_by(2).chain((1..CHECKED).step_by(2)) {
+        if all.len() == wanted {
+            break;
+        }
+        progress.note(format!("place {} of {wanted} to compare", all.len() + 1));
+        let middle = (2 * k + 1) * order.len() / (2 * CHECKED);
+        let rank = all.len() % world.size;
         for &member in order.iter().skip(middle).take(TRIED) {
             let (i, site) = (family.members[member], sites[member]);
             let point = point_of(of.points, i)?;

@@ -157,18 +157,16 @@ mod tests {
 
     const BAYS: &[u8] = include_bytes!("../../../jobs/rail-bays.json");
 
-    /// Answer of the job to a change of it.
-    fn says(set: &str) -> String {
-        Job::from_bytes(BAYS, Path::new("job.json"), &[set.to_string()], None).expect_err("must be refused").to_string()
+    const WHEELSET: &[u8] = include_bytes!("../../../jobs/wheelset-sleepers.json");
+
+    /// Answer of a job to a change of it.
+    fn answer(job: &[u8], set: &str) -> String {
+        Job::from_bytes(job, Path::new("job.json"), &[set.to_string()], None).expect_err("must be refused").to_string()
     }
 
     #[test]
     fn sleepers_below_both_rails_have_both() {
-        const WHEELSET: &[u8] = include_bytes!("../../../jobs/wheelset-sleepers.json");
-        let says = |set: &str| {
-            let job = Job::from_bytes(WHEELSET, Path::new("job.json"), &[set.to_string()], None);
-            job.expect_err("must be refused").to_string()
-        };
+        let says = |set: &str| answer(WHEELSET, set);
         let one = says("contact.wheels=\"one\"");
         assert!(one.contains("sleeper.both_rails: found without contact.wheels = \"both\""), "{one}");
         let even = says("bodies.lower.track.pad_length=null");
@@ -181,6 +179,7 @@ mod tests {
 
     #[test]
     fn pads_that_stand_apart_have_their_bays() {
+        let says = |set: &str| answer(BAYS, set);
         assert!(Job::from_bytes(BAYS, Path::new("job.json"), &[], None).is_ok());
         let short = says("bodies.lower.mesh.extruded.length=28.5");
         assert!(
