@@ -119,6 +119,21 @@ impl<'f> Constant<'f> {
         Self { blocks: blocks(self.forms, last, self.contacts.len()), own, ..self }
     }
 
+    /// The contacts whose loads on a `set` of patches are not those of an earlier one at another place along the path,
+    /// and of each contact the place among these of the one that it is like.
+    fn distinct(&self, set: &[LoadPatch]) -> (Vec<usize>, Vec<usize>) {
+        let (mut distinct, mut like) = (Vec::new(), Vec::new());
+        for (c, contact) in self.contacts.iter().enumerate() {
+            let same = |&d: &usize| set[d] == set[c] && contact.is_along(&self.contacts[d]);
+            let place = distinct.iter().position(same).unwrap_or(distinct.len());
+            if place == distinct.len() {
+                distinct.push(c);
+            }
+            like.push(place);
+        }
+        (distinct, like)
+    }
+
     fn half_space(&self, patch: LoadPatch) -> HalfSpaceLoad {
         let material = self.forms.material;
         HalfSpaceLoad { patch, shear: material.shear(), poisson: material.poisson }
@@ -153,17 +168,17 @@ impl<'f> Constant<'f> {
             false => factor.solve_from(first, loads),
         };
         let of = |set: &Vec<LoadPatch>| {
-            let lines: Vec<LineLoad> =
-                set.iter().zip(&self.contacts).map(|(&patch, c)| LineLoad::for_contact(forms, patch, n, c)).collect();
-            let means = order(forms, solve, &lines);
-            let mut all = Mat::zeros(means.nrows(), means.ncols());
+            let (distinct, like) = self.distinct(set);
+            let line = |&c: &usize| LineLoad::for_contact(forms, set[c], n, &self.contacts[c]);
+            let means = order(forms, solve, &distinct.iter().map(line).collect::<Vec<LineLoad>>());
+            let mut all = Mat::zeros(LOADS * set.len(), LOADS * set.len());
             for (c, contact) in self.contacts.iter().enumerate() {
                 if first((n, width)) <= self.own[c] {
                     let same = match width {
                         1 => [[0.0; LOADS]; LOADS],
                         _ => contact.locally(|spot| self.half_space(set[c]).order(n, spot.radius)),
                     };
-                    let term = pair_of(means.as_ref(), [c, c]);
+                    let term = pair_of(means.as_ref(), [like[c]; 2]);
                     let together = |a: usize, b: usize| n == 0 || FAMILY[a] == FAMILY[b];
                     let of = |a: usize, b: usize| if together(a, b) { term[a][b] } else { 0.0 };
                     let block = scaled([set[c], set[c]], |a, b| width as f64 * (of(a, b) - same[a][b]));
@@ -178,7 +193,7 @@ impl<'f> Constant<'f> {
                         (1, 0) => sin,
                         _ => cos,
                     };
-                    let term = pair_of(means.as_ref(), [c, d]);
+                    let term = pair_of(means.as_ref(), [like[c], like[d]]);
                     put(&mut all, [c, d], &scaled([set[c], set[d]], |a, b| turn(a, b) * term[a][b]));
                 }
             }

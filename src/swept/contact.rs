@@ -68,6 +68,11 @@ impl SectionContact {
         self
     }
 
+    /// Returns whether the `other` contact is this one at another place along the path.
+    pub(super) fn is_along(&self, other: &Self) -> bool {
+        *self == Self { along: self.along, ..other.clone() }
+    }
+
     /// Place along the path, rad or m.
     pub fn along(&self) -> f64 {
         self.along

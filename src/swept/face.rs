@@ -59,6 +59,11 @@ impl SectionFace {
         Ok(Self { plus: inwards > 0, y: 0.5 * (low + high), radii, edges })
     }
 
+    /// Its place along the axle, m.
+    pub fn y(&self) -> f64 {
+        self.y
+    }
+
     /// Smallest and largest radius, m.
     pub fn radii(&self) -> [f64; 2] {
         self.radii

@@ -71,8 +71,14 @@ impl CellCompliance {
         let made = in_grids(world, &constant, &vec![0.0; contacts.len()])?;
         let all = made.first().ok_or_else(|| Error::Defect("no compliance of cells".into()))?;
         let mut compliance = constant_part(all);
+        // Cells of the same sides have the same half-space.
+        let mut known: Vec<(LoadPatch, _)> = Vec::new();
         for (c, &patch) in self.patches.iter().enumerate() {
-            let own = self.half_space.under_loads(patch);
+            let place = known.iter().position(|(other, _)| *other == patch).unwrap_or(known.len());
+            if place == known.len() {
+                known.push((patch, self.half_space.under_loads(patch)));
+            }
+            let own = &known[place].1;
             for i in 0..ROWS {
                 for j in 0..ROWS {
                     compliance[(ROWS * c + i, ROWS * c + j)] += own[i][j];
