@@ -220,6 +220,7 @@ fn half_spaces() {
         stiffness: ModalMatrix::squares(&omega),
         damping: damping.into(),
         turning: None,
+        carried: None,
         load: &[],
     };
     let creepage = ContactCreepage { lateral: 0.006, ..ContactCreepage::default() };

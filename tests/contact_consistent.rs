@@ -248,6 +248,7 @@ fn rolling(
         stiffness: vec![].into(),
         damping: vec![].into(),
         turning: None,
+        carried: None,
         load: &[],
     };
     let problem = pair.problem(along);

@@ -656,6 +656,7 @@ fn quasi_static<'a>(s: &'a Interface, w: &'a Mat<f64>, none: &'a Mat<f64>) -> Mo
         stiffness: vec![].into(),
         damping: vec![].into(),
         turning: None,
+        carried: None,
         load: &[],
     }
 }

@@ -64,6 +64,7 @@ fn a_rigid_mass_thrown_on_a_rigid_plane_sticks_and_loses_its_kinetic_energy() {
             stiffness: vec![0.0].into(),
             damping: vec![0.0].into(),
             turning: None,
+            carried: None,
             load: &load,
         };
         let mut start = State::at_rest(&model, &[0.0; 27], &[0.0]);
@@ -118,6 +119,7 @@ fn an_elastic_bar_rebounds_after_two_passages_of_the_wave() {
             stiffness: ModalMatrix::squares(&omega),
             damping: damping.clone().into(),
             turning: None,
+            carried: None,
             load: &[],
         };
         let mut start = State::at_rest(&model, &[0.0; 27], &[0.0]);
@@ -157,6 +159,7 @@ fn without_contact_and_damping_the_energy_is_constant() {
         stiffness: ModalMatrix::squares(&omega),
         damping: vec![0.0; 3].into(),
         turning: None,
+        carried: None,
         load: &[],
     };
     let start = State::at_rest(&model, &[0.0; 27], &[0.0]).shaken(7, 0.02);
@@ -187,6 +190,7 @@ fn quasi_static<'a>(s: &'a Interface, w: &'a Mat<f64>, none: &'a Mat<f64>) -> Mo
         stiffness,
         damping,
         turning: None,
+        carried: None,
         load: &[],
     }
 }

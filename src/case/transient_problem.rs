@@ -82,7 +82,7 @@ impl StepperSetUp {
     pub(crate) fn initial_state(&self, model: &Model<'_>, rolling: &TransientProblem<'_>) -> Result<(State, Settings)> {
         let wanted = rolling.wanted;
         let (rest, deflected) = match &self.begin {
-            Begin::Points(points) => (points.at_rest(model).0, Vec::new()),
+            Begin::Points(points) => (points.at_rest(model), Vec::new()),
             Begin::Grid(rest) => (rest.state(model), rest.slopes(rolling.model.0)),
         };
         let settings = Settings {
@@ -209,12 +209,13 @@ fn at_points(rolling: &TransientProblem<'_>) -> Result<Option<PointModel>> {
         return Ok(Some(PointModel::with_reactions(pair, s, (reactions(&points, law), friction), span)));
     }
     let problem = steady_sliding((s, pair), contact, Direction::Rigid)?;
+    let problem = SlidingProblem { loads: at_start(wanted, contact)?.loads, ..problem };
     well_posed::refuse_short(contact, |friction| well_posed::sliding(&problem, friction, pair))?;
     let found = problem.solve()?;
-    let of = |i: usize| [found.traction[i][0], found.traction[i][1], found.pressure[i]];
+    let of = |i: usize| [found.traction[i][0], found.traction[i][1], found.pressure[i]].map(|v| v * s.weight[i]);
     let reaction: Vec<f64> = (0..s.len()).flat_map(of).collect();
     bear_load(pair, &reaction)?;
-    Ok(Some(PointModel::under_load(pair, s, (reaction, found.friction), found.motions[0], span)))
+    Ok(Some(PointModel::under_load(pair, s, (reaction, found.friction), found.motions, span)))
 }
 
 /// Rolling of each contact and the loads.

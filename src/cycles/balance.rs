@@ -207,6 +207,7 @@ impl<'a, 's> Balance<'a, 's> {
             stiffness: vec![0.0; r].into(),
             damping: vec![0.0; r].into(),
             turning: None,
+            carried: None,
             load: &[],
         };
         let n = conditions.interface.len();

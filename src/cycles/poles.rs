@@ -186,6 +186,7 @@ mod tests {
             stiffness: ModalMatrix::squares(&omega),
             damping: damping.clone().into(),
             turning: None,
+            carried: None,
             load: &[],
         };
         let poles = Poles::new(&model).unwrap();

@@ -36,6 +36,9 @@ pub struct Model<'a> {
     pub damping: ModalMatrix,
     /// Terms of rotation in both.
     pub turning: Option<RotationTerms>,
+    /// Rates at which a lower body that turns under the upper one carries its deformation past the contact, 1/(√kg s),
+    /// `[3n, m]`; none where the material of both bodies passes alike.
+    pub carried: Option<MatRef<'a, f64>>,
     /// Modal loads that are not contact forces, ΦᵀF, N/√kg, `[m]`; an empty slice for none.
     pub load: &'a [f64],
 }
@@ -45,8 +48,8 @@ impl<'a> Model<'a> {
     pub fn new(pair: &'a CoupledModel, interface: &'a Interface) -> Self {
         let (residual, modes) = (pair.residual.as_ref(), pair.modes.as_ref());
         let (stiffness, damping) = (pair.stiffness.clone(), pair.damping.clone());
-        let turning = pair.turning.clone();
-        Self { interface, residual, modes, omega: &pair.omega, stiffness, damping, turning, load: &[] }
+        let (turning, carried) = (pair.turning.clone(), pair.carried.as_ref().map(Mat::as_ref));
+        Self { interface, residual, modes, omega: &pair.omega, stiffness, damping, turning, carried, load: &[] }
     }
 }
 
@@ -56,6 +59,7 @@ impl Model<'_> {
         let (n, m) = (self.interface.len(), self.omega.len());
         let fits = self.residual.shape() == (3 * n, 3 * n)
             && self.modes.shape() == (3 * n, m)
+            && self.carried.is_none_or(|rates| rates.shape() == (3 * n, m))
             && self.stiffness.order() == m
             && self.damping.order() == m
             && (self.load.is_empty() || self.load.len() == m);

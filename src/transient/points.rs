@@ -23,17 +23,18 @@ pub struct PointModel {
     reaction: Vec<f64>,
     /// Coefficients of friction at rest, `[n]`.
     friction: Vec<f64>,
-    approach: f64,
+    /// Rigid motions at rest, m, `[motions]`.
+    motions: Vec<f64>,
 }
 
 impl PointModel {
-    /// Points that bear a load with the reactions, N, `[3n]`, and coefficients of friction, `[n]`, `rest`, at the
-    /// approach `approach`, m. `span` is the time, s, over which a step takes the motion of its end.
+    /// Points that bear loads with the reactions, N, `[3n]`, and coefficients of friction, `[n]`, `rest`, at the rigid
+    /// motions `motions`, m. `span` is the time, s, over which a step takes the motion of its end.
     pub(crate) fn under_load(
         pair: &CoupledModel,
         points: &Interface,
         rest: (Vec<f64>, Vec<f64>),
-        approach: f64,
+        motions: Vec<f64>,
         span: f64,
     ) -> Self {
         let (reaction, friction) = rest;
@@ -43,7 +44,7 @@ impl PointModel {
             load: Vec::new(),
             reaction,
             friction,
-            approach,
+            motions,
         }
     }
 
@@ -61,7 +62,7 @@ impl PointModel {
         let (moved, modal) = (&residual * &force, pair.modes.transpose() * &force);
         let interface = points.with_gap((0..points.len()).map(|i| -moved[(3 * i + 2, 0)]).collect());
         let load = (0..modal.nrows()).map(|k| -modal[(k, 0)]).collect();
-        Self { interface, residual, load, reaction, friction, approach: 0.0 }
+        Self { interface, residual, load, reaction, friction, motions: vec![0.0] }
     }
 
     /// The model of the two bodies.
@@ -69,9 +70,9 @@ impl PointModel {
         Model { residual: self.residual.as_ref(), load: &self.load, ..Model::new(pair, &self.interface) }
     }
 
-    /// The state of rest and its approach, m.
-    pub fn at_rest(&self, model: &Model<'_>) -> (State, f64) {
-        (State::at_rest(model, &self.reaction, &[self.approach]).remembering(&self.friction), self.approach)
+    /// The state of rest.
+    pub fn at_rest(&self, model: &Model<'_>) -> State {
+        State::at_rest(model, &self.reaction, &self.motions).remembering(&self.friction)
     }
 }
 

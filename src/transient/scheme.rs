@@ -254,6 +254,7 @@ mod tests {
             damping: vec![c].into(),
             load: &[],
             turning: None,
+            carried: None,
         };
         let mut modal = Modal::new(&model, scheme, Impact::Compliant).unwrap();
         let (mut q, mut v) = (vec![1.0], vec![0.0]);

@@ -90,6 +90,7 @@ mod tests {
             stiffness: vec![100.0, 0.0].into(),
             damping: vec![0.0; 2].into(),
             turning: None,
+            carried: None,
             load: &[50.0, 3.0],
         };
         let reaction: Vec<f64> = (0..27).map(|i| if i == 14 { 100.0 } else { 0.0 }).collect();

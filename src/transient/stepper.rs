@@ -19,6 +19,7 @@ use crate::grid::{ContactPatch, Interface};
 use crate::roughness::RoughSurfaces;
 use crate::{Error, Result};
 
+mod carried;
 mod construction;
 mod energy_balance;
 mod integrated;
@@ -101,6 +102,7 @@ pub struct State {
 ///     stiffness: ModalMatrix::squares(&[]),
 ///     damping: Vec::new().into(),
 ///     turning: None,
+///     carried: None,
 ///     load: &[],
 /// };
 /// // The belt runs with the creepage times the speed, 0.01 m/s.
@@ -307,6 +309,7 @@ impl<'a> Stepper<'a> {
         };
         let v_seen = if self.impact == Impact::Rigid { self.shapes.contact_amplitudes(&v_free) } else { Vec::new() };
         let drive = StepDrive::new(&self.settings.drive, &self.state, t, h);
+        let carried = self.carried_rates();
         if drive.open != self.open {
             self.memory.forget();
             self.open.clone_from(&drive.open);
@@ -326,13 +329,10 @@ impl<'a> Stepper<'a> {
             let mut gaps = Vec::with_capacity(core);
             for a in 0..core {
                 let i = ws.nodes[a];
-                let ([x, y], own) = ws.at[a];
                 let patch = ws.patch_of(a);
-                let (creep, spin) = drive.creeps[patch];
-                let foot = self.foot_value(a);
-                let rigid = [creep[0] - spin * y + own[0], creep[1] + spin * x + own[1]];
+                let (slid, foot) = (self.slide_rate(a, drive.creeps[patch], &carried), self.foot_value(a));
                 for c in 0..2 {
-                    b[3 * a + c] += h * rigid[c] - foot[c];
+                    b[3 * a + c] += h * slid[c] - foot[c];
                 }
                 let gap = match drive.open[patch] {
                     true => FAR,

@@ -34,7 +34,17 @@ fn none() -> Mat<f64> {
 fn model<'a>(interface: &'a Interface, residual: &'a Mat<f64>, modes: &'a Mat<f64>, omega: &'a [f64]) -> Model<'a> {
     let residual = residual.as_ref();
     let (stiffness, damping) = (ModalMatrix::squares(omega), vec![0.0; omega.len()].into());
-    Model { interface, residual, modes: modes.as_ref(), omega, stiffness, damping, turning: None, load: &[] }
+    Model {
+        interface,
+        residual,
+        modes: modes.as_ref(),
+        omega,
+        stiffness,
+        damping,
+        turning: None,
+        carried: None,
+        load: &[],
+    }
 }
 
 /// A history that goes from `begin` to `end` in ten steps.

@@ -45,6 +45,7 @@ impl Pair {
             stiffness: OMEGA.map(|w| w * w).to_vec().into(),
             damping: DAMPING.to_vec().into(),
             turning: None,
+            carried: None,
             load: &[],
         }
     }

@@ -4,14 +4,11 @@
 
 use super::outcome::LISTED;
 use super::sound::SoundSetup;
-use super::{goes_on, point_of, Sources};
+use super::{goes_on, interface_at, point_of, Sources};
 use crate::analysis::radiation::ModalSound;
 use crate::analysis::run::Run;
 use crate::case::axle_torque;
-use crate::case::interface::points as points_of;
 use crate::case::limit_cycle_point::{motion_modes, LimitCyclePoint, PointCache};
-use crate::contact::points::interface as interface_of;
-use crate::grid::Interface;
 use crate::job::{Branch, Cycles, Job, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::companion;
@@ -181,7 +178,7 @@ impl BranchOutcomes {
         let motions = world.gather(&mine.motions);
         world.on_root(|| self.collect((&rows, &motions), &text, points.len()))?;
         if let Some(job) = chains.iter().flat_map(|c| &c.points).find_map(|&p| point_of(points, p).ok()) {
-            let interface = grid_of(job, &model.interface)?;
+            let interface = interface_at(job, &model.interface)?;
             self.models.push(motion_modes((&interface, model.pair(job)?)));
         }
         if run.stop.wanted(world) {
@@ -278,7 +275,7 @@ impl CycleChains<'_> {
             }
         };
         let branch = self.cycles.branches[chain.branch];
-        let interface = grid_of(job, &model.interface)?;
+        let interface = interface_at(job, &model.interface)?;
         let balanced = axle_torque::balanced(job, (&interface, model.pair(job)?))?;
         let job = balanced.as_ref().unwrap_or(job);
         let pair = model.pair(job)?;
@@ -301,14 +298,6 @@ impl CycleChains<'_> {
         kept.write(&cycle, motion.as_ref())?;
         *before = motion;
         Ok(cycle)
-    }
-}
-
-/// The contact nodes of a point: its points, or the grid of the model.
-fn grid_of(job: &Job, grid: &Interface) -> Result<Interface> {
-    match job.contact.as_ref().and_then(points_of) {
-        Some(points) => interface_of(&points),
-        None => Ok(grid.clone()),
     }
 }
 

@@ -29,6 +29,7 @@ use crate::case::preflight;
 use crate::case::stability_problem::{StabilityProblem, StabilityResult};
 use crate::contact::points::{interface as of_points, reactions};
 use crate::contact::SlidingPoint;
+use crate::grid::Interface;
 use crate::job::{fe_inputs, range, Contact, ContactPlaces, Job, SweepPlan};
 use crate::model::SharedModel;
 use crate::output::datasets::sweep::{tables, EigenvalueSearch, Outcome};
@@ -339,25 +340,30 @@ fn solve(model: &mut SharedModel, point: &Job, memory: &SpectrumMemory) -> Resul
     with_problem(model, point, |problem| Ok(outcome_of(problem.contact, &problem.eigenvalues(memory)?)))
 }
 
+/// The contact nodes of a point: its contact points, on a disc with the creeps of this point, or the grid of the model.
+fn interface_at(point: &Job, of_model: &Interface) -> Result<Interface> {
+    match point.contact.as_ref().and_then(points) {
+        Some(points) if point.is_disc_with_pads() => {
+            let creep = |p: &SlidingPoint| p.direction.map(|d| d * p.velocity.unwrap_or(0.0));
+            Ok(of_model.with_creep(points.iter().map(creep).collect()))
+        }
+        Some(points) => of_points(&points),
+        None => Ok(of_model.clone()),
+    }
+}
+
 /// Result of `examine` for the stability problem of a point, on this rank alone.
 fn with_problem<T>(
     model: &mut SharedModel,
     point: &Job,
     examine: impl FnOnce(&StabilityProblem) -> Result<T>,
 ) -> Result<T> {
-    let (Some(wanted), Some(contact)) = (&point.analyses.stability, &point.contact) else {
-        return Err(Error::Defect("a point of a sweep without contact or stability".into()));
+    let Some(wanted) = &point.analyses.stability else {
+        return Err(Error::Defect("a point of a sweep without stability".into()));
     };
     range(point)?;
     // Each point brings its own damping, and its own contact points.
-    let interface = match points(contact) {
-        Some(points) if point.is_disc_with_pads() => {
-            let creep = |p: &SlidingPoint| p.direction.map(|d| d * p.velocity.unwrap_or(0.0));
-            model.interface.with_creep(points.iter().map(creep).collect())
-        }
-        Some(points) => of_points(&points)?,
-        None => model.interface.clone(),
-    };
+    let interface = interface_at(point, &model.interface)?;
     let balanced = axle_torque::balanced(point, (&interface, model.pair(point)?))?;
     let job = balanced.as_ref().unwrap_or(point);
     let model = (&interface, model.pair(job)?);

@@ -169,6 +169,14 @@ pub fn run(run: &mut Run, inputs: &Inputs<'_>, keep: Vec<Table>) -> Result<()> {
             );
         }
         account.report(&points.names, &mut run.summary)?;
+        if let Some(frequency) = account.beyond(pair.reach)?.filter(|_| !full) {
+            run.progress.note(format!(
+                "warning: analyses.transient: the contact forces oscillate most at {frequency:.0} Hz, and the modes \
+                 describe the bodies up to {:.0} Hz: the model squeals there, the bodies need not. Give analyses.modes \
+                 a higher max_frequency, the bodies their damping there, or a larger theta",
+                pair.reach
+            ));
+        }
         run.file.tables(points.tables());
         run.file.tables(inputs.model.root().map(|m| grid(&m.interface, pair))?);
         let interface = &inputs.model.root()?.interface;

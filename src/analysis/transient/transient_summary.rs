@@ -126,6 +126,18 @@ impl StepHistory {
         Ok((self.growth().map(|g| g.rate), lines.first().map(|line| line.0)))
     }
 
+    /// The strongest frequency of the tangential forces in the end, Hz, where it is above `limit`, Hz, and the force
+    /// sways by more than a part [`FAINT`] of the normal one.
+    pub(super) fn beyond(&self, limit: f64) -> Result<Option<f64>> {
+        let ((patch, along), (_, line)) = (self.strongest(), self.motion()?);
+        if self.patches() == 0 {
+            return Ok(None);
+        }
+        let (_, sway) = spread(self.late().map(|k| k.force[patch][along]));
+        let (normal, _) = spread(self.late().map(|k| k.force[patch][2]));
+        Ok(line.filter(|&line| line > limit && sway > FAINT * normal.abs()))
+    }
+
     /// The later half of the steps that are kept.
     fn late(&self) -> impl Iterator<Item = &Kept> + Clone + '_ {
         self.last.iter().skip(self.last.len() / 2)

@@ -40,6 +40,7 @@ impl BeltModes {
             stiffness: ModalMatrix::squares(&self.omega),
             damping: self.damping.clone().into(),
             turning: None,
+            carried: None,
             load: &[],
         }
     }

@@ -49,6 +49,7 @@ impl FreeBelt {
             stiffness: ModalMatrix::squares(&self.omega),
             damping: self.damping.clone().into(),
             turning: Some(RotationTerms::none(dissipation.into())),
+            carried: None,
             load,
         }
     }

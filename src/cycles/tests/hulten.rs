@@ -163,6 +163,7 @@ fn cycle(along: f64, fine: Resolution) -> ([f64; 3], bool) {
         stiffness: ModalMatrix::squares(&omega),
         damping: vec![DAMPED; 2].into(),
         turning: None,
+        carried: None,
         load: &[],
     };
     let structure = Structure::new(model.clone()).unwrap();

@@ -61,6 +61,7 @@ impl Belt {
             stiffness: ModalMatrix::squares(&[OMEGA]),
             damping: vec![DAMPING].into(),
             turning: None,
+            carried: None,
             load: &[],
         }
     }

@@ -60,6 +60,7 @@ fn error(rolling: &Rolling) -> f64 {
         stiffness: ModalMatrix::squares(&omega),
         damping: vec![10.0, 10.0].into(),
         turning: None,
+        carried: None,
         load: &[],
     };
     let structure = Structure::new(model).unwrap();

@@ -41,6 +41,7 @@ impl Ball {
             stiffness: ModalMatrix::squares(&[RATE]),
             damping: vec![DAMPED].into(),
             turning: None,
+            carried: None,
             load: &[],
         }
     }

@@ -117,6 +117,7 @@ fn cycle(balls: &Balls) -> (f64, PeriodicSolution, Vec<num_complex::Complex<f64>
         stiffness: ModalMatrix::squares(&MODES[..m]),
         damping: damping[..m].to_vec().into(),
         turning: None,
+        carried: None,
         load: &[],
     };
     let structure = Structure::new(model).unwrap();

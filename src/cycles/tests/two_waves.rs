@@ -53,6 +53,7 @@ impl Points {
             stiffness: ModalMatrix::squares(&self.omega),
             damping: DAMPINGS.to_vec().into(),
             turning: None,
+            carried: None,
             load: &[],
         }
     }

@@ -121,7 +121,8 @@ pub(super) fn check_uncertainty(job: &Job, wanted: &Uncertainty, faults: &mut Ve
     }
 }
 
-fn check_cycles(job: &Job, sweep: &Sweep, faults: &mut Vec<String>) {
+/// Adds the faults of the limit cycles of a sweep.
+pub(super) fn check_cycles(job: &Job, sweep: &Sweep, faults: &mut Vec<String>) {
     let Some(cycles) = &sweep.cycles else { return };
     let path = "analyses.sweep.cycles";
     if let Some(key) = cycles.along.as_ref().filter(|key| !sweep.keys.contains_key(*key)) {
@@ -156,7 +157,8 @@ fn check_followed(job: &Job, (path, cycles): (&str, &Cycles), faults: &mut Vec<S
 /// Largest number of steps: segments are named by twelve figures.
 const MAX_STEPS: u64 = 999_999_999_999;
 
-fn check_transient(job: &Job, transient: &Transient, (path, faults): (&str, &mut Vec<String>)) {
+/// Adds the faults of a transient under the key `path`.
+pub(super) fn check_transient(job: &Job, transient: &Transient, (path, faults): (&str, &mut Vec<String>)) {
     if job.analyses.modes.is_none() {
         faults.push(format!("analyses.modes: missing; {path} is computed on the modes, e.g. {{\"count\": 60}}"));
     }
@@ -192,7 +194,8 @@ fn check_transient(job: &Job, transient: &Transient, (path, faults): (&str, &mut
     if let Some(sound) = &transient.sound_power {
         check_sound(&format!("{path}.sound_power"), sound, faults);
     }
-    let loaded = |c: &Contact| c.normal_load.is_some() || c.vertical_load.is_some() || c.from.is_some();
+    let loaded =
+        |c: &Contact| c.normal_load.is_some() || c.vertical_load.is_some() || c.axle_load.is_some() || c.from.is_some();
     let load_given = job.contact.as_ref().is_some_and(loaded);
     let histories = transient.histories.clone().unwrap_or_default();
     let all = histories.all();

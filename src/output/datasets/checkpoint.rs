@@ -20,7 +20,7 @@ pub struct Checkpoint {
 pub fn identity(model: &Model<'_>) -> String {
     let mut hash = Sha256::new();
     let mut add = |v: f64| hash.update(v.to_le_bytes());
-    for matrix in [model.residual, model.modes] {
+    for matrix in [Some(model.residual), Some(model.modes), model.carried].into_iter().flatten() {
         matrix.col_iter().for_each(|c| c.iter().for_each(|&v| add(v)));
     }
     model.omega.iter().chain(&model.damping.values()).chain(&model.interface.gap).for_each(|&v| add(v));

@@ -68,6 +68,7 @@ fn beside(v: f64, other: Option<[f64; 2]>, start: impl FnOnce(State) -> State) -
         stiffness: ModalMatrix::squares(omega),
         damping: [DAMPING, other.map_or(0.0, |o| o[1])][..m].to_vec().into(),
         turning: None,
+        carried: None,
         load: &[],
     };
     let law = Exponential { memory_length: MEMORY, ..Exponential::new(STATIC, KINETIC, DECAY) };

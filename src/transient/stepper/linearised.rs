@@ -245,7 +245,10 @@ impl Stepper<'_> {
                 Some(ClosedNode::new(i, tangent, [problem.rho(i).normal, found.pressure], remembered.nrows() == 0))
             })
             .collect();
-        let free = self.changed_free(changes, &seen, &nodes);
+        let own: Vec<usize> = nodes.iter().flat_map(|n| 3 * ws.nodes[n.at]..3 * ws.nodes[n.at] + 3).collect();
+        let carried = self.changed_carried(&changes.modes, &own)?;
+        let mut free = self.changed_free(changes, &seen, &nodes);
+        carried.into_iter().for_each(|slid| free += slid);
         // Of each equation and each unknown the place of its node among the closed ones.
         let rows: Vec<(usize, &Equation)> =
             nodes.iter().enumerate().flat_map(|(k, n)| n.rows.iter().map(move |r| (k, r))).collect();
@@ -253,7 +256,6 @@ impl Stepper<'_> {
             nodes.iter().enumerate().flat_map(|(k, n)| n.parts.iter().map(move |p| (k, p))).collect();
         // Displacements of the closed nodes by each unknown.
         let at = |node: &ClosedNode| 3 * ws.nodes[node.at];
-        let own: Vec<usize> = nodes.iter().flat_map(|n| at(n)..at(n) + 3).collect();
         let unknowns = parts.iter().map(|(node, part)| (at(&nodes[*node]), *part));
         let response = changes.near[0].response(&self.w, &own, unknowns);
         let size = parts.len() + drive.borders.len();

@@ -178,6 +178,7 @@ pub(super) fn run(
             stiffness: ModalMatrix::Diagonal(vec![0.0; m]),
             damping: ModalMatrix::Diagonal(vec![0.0; m]),
             turning: None,
+            carried: None,
             load: &[],
         };
         interface.single("analyses.transient")?;
