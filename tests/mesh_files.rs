@@ -1,7 +1,7 @@
 //! Gmsh files: the meshes of the repository, wrong files, and damaged ones.
 
 use railsqueal::grid::ContactGrid;
-use railsqueal::mesh::{inp, msh, CellKind, Facet, Mesh};
+use railsqueal::mesh::{inp, msh, CellKind, Facet, Mesh, MeshPieces};
 use std::path::{Path, PathBuf};
 
 fn file(name: &str) -> PathBuf {
@@ -132,7 +132,7 @@ fn a_missing_group_names_those_there_are() {
     // Gmsh tells BASE from base.
     assert!(mesh.require_group("BASE", "block-lower.msh").is_err());
     let deck = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/inp/hex8.inp");
-    let mesh = inp::read(&deck).expect("a deck").0;
+    let mesh = inp::read(&deck, MeshPieces::One).expect("a deck").0;
     for mesh in [&mesh, &mesh.reflected()] {
         let error = mesh.require_group("inner", "hex8.inp").expect_err("no such group").to_string();
         assert!(error.contains("\"bottom\"") && error.contains("*SURFACE"), "{error}");
@@ -250,7 +250,7 @@ fn flat_tetrahedra_are_told_and_those_too_flat_are_refused() {
              17 11 2 1 1 1 2 3 4 5 6 7 8 9 10\n$EndElements\n"
         );
         std::fs::write(&path, text).expect("write");
-        msh::read_remarked(&path)
+        msh::read_remarked(&path, MeshPieces::One)
     };
     let (mesh, remarks) = read(1e-5).unwrap_or_else(|e| panic!("{e}"));
     // A third of the height; the longest edge is √2.

@@ -13,11 +13,25 @@ use faer::Mat;
 
 /// Contact of a body of finite elements, on rank 0.
 #[derive(Debug, Clone, Copy)]
-pub struct MeshContact<'g> {
-    /// Grid, and how the mesh meets it.
-    pub grid: &'g ContactGrid,
-    /// Angle about the axle, along y, from the z axis of the mesh to the normal of the contact, towards x, rad.
-    pub along: f64,
+pub enum MeshContact<'g> {
+    /// On a grid.
+    Grid {
+        /// Grid, and how the mesh meets it.
+        grid: &'g ContactGrid,
+        /// Angle about the axle, along y, from the z axis of the mesh to the normal of the contact, towards x, rad.
+        along: f64,
+    },
+    /// On cells.
+    Cells(&'g [SurfaceCell]),
+}
+
+/// A cell of a surface, which moves as its mean.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceCell {
+    /// Nodes of the mesh with their parts in the mean.
+    pub weights: Weights,
+    /// Axes x and y of the contact, and z out of the body, in components of the mesh.
+    pub axes: [[f64; 3]; 3],
 }
 
 /// The means ⟨ω π_m, u_c⟩ over patches as rows 9k + 3m + c of the contact k, π = (1, x, y), c = (x, y, n into the
@@ -75,8 +89,11 @@ pub(super) fn trace(
     nodes: &NodeAccess,
 ) -> Result<(Trace, Option<AveragedTrace>)> {
     let discs_of = |contact: &MeshContact| -> usize {
-        match &contact.grid.transfer {
-            Some(Transfer::PatchAverage { patches, .. }) => patches.len(),
+        match contact {
+            MeshContact::Grid {
+                grid: ContactGrid { transfer: Some(Transfer::PatchAverage { patches, .. }), .. },
+                ..
+            } => patches.len(),
             _ => 0,
         }
     };
@@ -93,8 +110,17 @@ pub(super) fn trace(
         let rows = world.on_root(|| {
             let mut rows = Vec::new();
             for contact in contacts {
-                let axes = |tilt: f64| axes(contact.along, tilt);
-                rows.extend(match &contact.grid.transfer {
+                let (grid, along) = match contact {
+                    MeshContact::Grid { grid, along } => (grid, *along),
+                    MeshContact::Cells(cells) => {
+                        for SurfaceCell { weights, axes } in *cells {
+                            rows.extend(weighted(std::slice::from_ref(weights), axes, nodes.first)?);
+                        }
+                        continue;
+                    }
+                };
+                let axes = |tilt: f64| axes(along, tilt);
+                rows.extend(match &grid.transfer {
                     Some(Transfer::Nodes(nodes_of)) => {
                         let alone: Vec<Weights> = nodes_of.iter().map(|&node| vec![(node, 1.0)]).collect();
                         weighted(&alone, &axes(0.0), nodes.first)?
@@ -109,13 +135,19 @@ pub(super) fn trace(
     }
     let discs: Vec<(&[PatchAverage], [[f64; 3]; 3])> = contacts
         .iter()
-        .filter_map(|contact| match &contact.grid.transfer {
-            Some(Transfer::PatchAverage { patches, tilt }) => Some((&patches[..], axes(contact.along, *tilt))),
+        .filter_map(|contact| match contact {
+            MeshContact::Grid {
+                grid: ContactGrid { transfer: Some(Transfer::PatchAverage { patches, tilt }), .. },
+                along,
+            } => Some((&patches[..], axes(*along, *tilt))),
             _ => None,
         })
         .collect();
     let lines = |k: usize, of: fn(&ContactGrid) -> &Vec<f64>| {
-        world.broadcast(contacts.get(k).map_or(Vec::new(), |contact| of(contact.grid).clone()))
+        world.broadcast(match contacts.get(k) {
+            Some(MeshContact::Grid { grid, .. }) => of(grid).clone(),
+            _ => Vec::new(),
+        })
     };
     let grids: Vec<Lines> = (0..sets.len()).map(|k| [lines(k, |g| &g.x), lines(k, |g| &g.y)]).collect();
     let mut all = Vec::new();

@@ -177,7 +177,11 @@ impl ElasticBody for Elements<'_> {
         if let (Some(hybrid), Some(seen)) = (&mut self.hybrid, seen) {
             hybrid.of_modes(&omega, &seen);
         }
-        let reach = omega.last().copied().unwrap_or(0.0);
+        let reach = match (omega.last(), extent) {
+            (Some(last), _) => *last,
+            (None, Extent::MaxFrequency(f)) => 2.0 * std::f64::consts::PI * f,
+            (None, Extent::Count(_)) => 0.0,
+        };
         let rotation = match self.axis {
             Some(axis) => {
                 let spread = rotation::centrifugal(world, &self.fe, &mut *self.solver()?, axis)?;

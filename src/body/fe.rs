@@ -66,7 +66,7 @@ impl FeBody {
         material: ElasticMaterial,
         fixed: &[String],
     ) -> Result<Self> {
-        let contacts: Vec<MeshContact> = grid.map(|grid| MeshContact { grid, along: 0.0 }).into_iter().collect();
+        let contacts: Vec<MeshContact> = grid.map(|grid| MeshContact::Grid { grid, along: 0.0 }).into_iter().collect();
         Self::held(world, name, mesh, &contacts, material, (fixed, &[]))
     }
 

@@ -109,7 +109,7 @@ impl<'p> BuiltBodies<'p> {
         summary: &mut Summary,
     ) -> Result<Self> {
         if job.is_disc_with_pads() {
-            return super::disc_and_pads::build(petsc, job, progress, summary);
+            return super::disc_and_pads::build(petsc, job, meshes, progress, summary);
         }
         if job.by_matrices() {
             return Self::of_matrices(petsc, job, progress, summary);
@@ -174,7 +174,8 @@ impl<'p> BuiltBodies<'p> {
             }
             let mesh = meshed.as_ref().map(|m| &m[i].mesh);
             let grid = bodies.places[i].grid();
-            let contacts: Vec<MeshContact> = grid.map(|grid| MeshContact { grid, along: 0.0 }).into_iter().collect();
+            let contacts: Vec<MeshContact> =
+                grid.map(|grid| MeshContact::Grid { grid, along: 0.0 }).into_iter().collect();
             let axis = body.axle().filter(|_| body.rotates()).map(Axis::below);
             bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), (mesh, &contacts), axis)?));
         }

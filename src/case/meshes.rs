@@ -3,7 +3,7 @@
 use crate::grid::ContactGrid;
 use crate::job::{self, Job, MeshFile, MeshSource, Motion};
 use crate::mesh::cylinder::{self, CylinderSpec};
-use crate::mesh::{file, motion, quality, CellKind, Mesh};
+use crate::mesh::{file, motion, quality, CellKind, Mesh, MeshPieces};
 use crate::{Error, Result};
 use std::cell::RefCell;
 use std::rc::Rc;
@@ -70,16 +70,20 @@ impl Meshes {
                 Err(Error::Defect("a mesh is asked for of a body that is swept".into()))
             }
             MeshSource::File(file) => {
-                let key = (file.clone(), name == "upper", job.contact.is_some());
+                // Pads have cells in place of a grid, lie where they are, and are several.
+                let pads = job.is_disc_with_pads();
+                let key = (file.clone(), name == "upper" && !pads, job.contact.is_some() && !pads);
                 if let Some((_, read)) = self.files.borrow().iter().find(|(k, _)| *k == key) {
                     return Ok(read.clone());
                 }
-                let (mut mesh, remarks) = read(file).map_err(named)?;
+                let pieces = if pads { MeshPieces::Several } else { MeshPieces::One };
+                let (mut mesh, remarks) = read(file, pieces).map_err(named)?;
                 let bodies = job.bodies();
                 let called = |b: &'_ job::Body| -> Vec<String> {
                     b.fixed.iter().chain(b.supports.iter().map(|s| &s.group)).cloned().collect()
                 };
-                let names: Vec<String> = bodies.iter().flat_map(|(_, b)| called(b)).collect();
+                let faces = job.contacts.iter().filter_map(|contact| contact.pad_face.clone());
+                let names: Vec<String> = bodies.iter().flat_map(|(_, b)| called(b)).chain(faces).collect();
                 mesh.add_aliases(names.iter());
                 // Files hold a body where it is.
                 let read = on_grid(if key.1 { mesh.reflected() } else { mesh }, key.2, remarks);
@@ -106,7 +110,7 @@ impl Meshes {
         match (&body.mesh, fitting) {
             (_, Ok(meshed)) => Ok(meshed.mesh.clone()),
             (Some(MeshSource::File(file)), Err(_)) => {
-                let mesh = read(file).map_err(|e| e.context(format!("bodies.{name}.mesh")))?.0;
+                let mesh = read(file, MeshPieces::One).map_err(|e| e.context(format!("bodies.{name}.mesh")))?.0;
                 Ok(if name == "upper" { mesh.reflected() } else { mesh })
             }
             (_, Err(error)) => Err(error),
@@ -155,9 +159,9 @@ fn folded(mesh: &Mesh) -> Option<[f64; 3]> {
 /// No body is longer, m: where one is, its file is in another unit.
 const LONGEST: f64 = 500.0;
 
-/// The mesh of a file where the job puts it, in m, and remarks on what was read.
-fn read(file: &MeshFile) -> Result<(Mesh, Vec<String>)> {
-    let (mut mesh, remarks) = file::read(file.path())?;
+/// The mesh of a file, in some `pieces`, where the job puts it, in m, and remarks on what was read.
+fn read(file: &MeshFile, pieces: MeshPieces) -> Result<(Mesh, Vec<String>)> {
+    let (mut mesh, remarks) = file::read(file.path(), pieces)?;
     let linear = mesh.cells.iter().filter(|c| c.kind == CellKind::Tet4).count();
     if linear > 0 && !file.linear_tetrahedra() {
         return Err(Error::Input(format!(
@@ -274,23 +278,26 @@ mod tests {
     #[test]
     fn linear_tetrahedra_are_asked_for_and_lengths_have_a_unit() {
         let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/msh/tet4-4.1.msh");
-        let error = read(&MeshFile::Path(path.clone())).expect_err("they lock");
+        let error = read(&MeshFile::Path(path.clone()), MeshPieces::One).expect_err("they lock");
         assert_eq!(error.exit_code(), 3);
         for word in ["tet4-4.1.msh", "lock", "10 nodes", "linear_tetrahedra"] {
             assert!(error.message().contains(word), "{word} not in: {error}");
         }
         let keys = job::MeshFileKeys { path, scale: 1e-3, linear_tetrahedra: true, transform: Vec::new() };
-        let mesh = read(&MeshFile::Keys(keys.clone())).expect("they are asked for").0;
+        let mesh = read(&MeshFile::Keys(keys.clone()), MeshPieces::One).expect("they are asked for").0;
         assert!((mesh.volume() / 6e-12 - 1.0).abs() < 1e-12, "{} m³", mesh.volume());
         // A tetrahedron has some 6 edges, of which 5 or 6 cells share each.
         assert!((5.0..12.0).contains(&mesh.neighbours()), "{}", mesh.neighbours());
         // In the order of the list: the block of 0.3 x 0.2 x 0.1 mm is turned about y first, and moved then.
         let turn = job::Turn { axis: [0.0, 1.0, 0.0], angle: std::f64::consts::FRAC_PI_2, about: [0.0; 3] };
         let transform = vec![Motion::Rotate(turn), Motion::Translate([1.0, 0.0, -2.0])];
-        let moved = read(&MeshFile::Keys(job::MeshFileKeys { transform, ..keys.clone() })).expect("elsewhere").0;
+        let moved = read(&MeshFile::Keys(job::MeshFileKeys { transform, ..keys.clone() }), MeshPieces::One)
+            .expect("elsewhere")
+            .0;
         assert!(mesh.nodes.iter().zip(&moved.nodes).all(|(a, b)| *b == [a[2] + 1.0, a[1], -a[0] - 2.0]));
         assert!((moved.volume() / 6e-12 - 1.0).abs() < 1e-9 && moved.cells == mesh.cells);
-        let error = read(&MeshFile::Keys(job::MeshFileKeys { scale: 3e3, ..keys })).expect_err("a unit of 3 km");
+        let error = read(&MeshFile::Keys(job::MeshFileKeys { scale: 3e3, ..keys }), MeshPieces::One)
+            .expect_err("a unit of 3 km");
         for word in ["tet4-4.1.msh", "900.0000 m", "millimetres", "scale"] {
             assert!(error.exit_code() == 3 && error.message().contains(word), "{word} not in: {error}");
         }

@@ -156,6 +156,11 @@ impl Faces {
         Ok(Self { group: group.into(), faces, pieces })
     }
 
+    /// Name of the group.
+    pub(super) fn group(&self) -> &str {
+        &self.group
+    }
+
     /// The pieces near the plane z = 0 that reach into the rectangle of the half sides `half`, m, about the origin.
     ///
     /// # Errors

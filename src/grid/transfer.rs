@@ -184,12 +184,14 @@ pub fn means(faces: &Faces, shape: PatchShape) -> Result<PatchAverage> {
                 }
             };
             return Err(Error::Input(format!(
-                "group \"contact\": no face of the surface near z = 0 is at x = {:.6}, y = {:.6} m; expected \
+                "group \"{}\": no face of the surface near z = 0 is at x = {:.6}, y = {:.6} m; expected \
                  {wanted} about the contact point, \
                  and found faces from x = {x0:.4} to {x1:.4} m and from y = {y0:.4} to {y1:.4} m. Make the \
                  group larger (contact.patch of a cylinder), or \
                  the faces at the contact smaller",
-                place[0], place[1]
+                faces.group(),
+                place[0],
+                place[1]
             )));
         };
         let at = faces.shape_functions(piece, place);

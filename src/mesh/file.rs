@@ -1,6 +1,6 @@
 //! Mesh files of any format.
 
-use super::{inp, msh, Mesh};
+use super::{inp, msh, Mesh, MeshPieces};
 use crate::input::text::without_mark;
 use crate::{Error, Result};
 use std::io::Read;
@@ -44,23 +44,23 @@ const MESHIO: &str = "convert it: meshio convert FILE FILE.msh (of Python), and 
 
 /// Reads a mesh from the file at `path`, by its first letters: an input file of Abaqus and CalculiX begins with `*`,
 /// one of Gmsh with `$`; and remarks on what was left out or taken for something else. An upper body's mesh lies at
-/// z > 0 and is reflected by the caller ([`Mesh::reflected`]).
+/// z > 0 and is reflected by the caller ([`Mesh::reflected`]). `pieces` are expected.
 ///
 /// # Errors
 /// A file of another format, with what to do; and those of the readers.
-pub fn read(path: &Path) -> Result<(Mesh, Vec<String>)> {
+pub fn read(path: &Path, pieces: MeshPieces) -> Result<(Mesh, Vec<String>)> {
     let ending = path.extension().map(|e| e.to_string_lossy().to_lowercase()).unwrap_or_default();
     match (first_letter(path), ending.as_str()) {
-        (Some(b'*'), _) => inp::read(path),
-        (Some(b'$'), "inp" | "msh" | "") => msh::read_remarked(path),
-        (_, "inp") => inp::read(path),
+        (Some(b'*'), _) => inp::read(path, pieces),
+        (Some(b'$'), "inp" | "msh" | "") => msh::read_remarked(path, pieces),
+        (_, "inp") => inp::read(path, pieces),
         _ => match OTHERS.iter().find(|(endings, ..)| endings.contains(&ending.as_str())) {
             Some((_, what, advice)) => Err(Error::Input(format!(
                 "mesh file {}: found {what} (.{ending}), expected one of Gmsh (.msh) or of Abaqus or CalculiX (.inp); \
                  {advice}",
                 path.display()
             ))),
-            None => msh::read_remarked(path),
+            None => msh::read_remarked(path, pieces),
         },
     }
 }
@@ -84,7 +84,7 @@ mod tests {
         let copy = |from: &str, to: &str, mark: &[u8]| {
             let bytes = std::fs::read(data.join(from)).expect("a mesh");
             std::fs::write(folder.path().join(to), [mark, &bytes].concat()).expect("a copy");
-            read(&folder.path().join(to)).unwrap_or_else(|e| panic!("{e}")).0
+            read(&folder.path().join(to), MeshPieces::One).unwrap_or_else(|e| panic!("{e}")).0
         };
         let expected = copy("inp/hex8.inp", "a.inp", b"");
         for mark in [&b""[..], b"\xef\xbb\xbf"] {
@@ -103,7 +103,7 @@ mod tests {
             ("a.frd", ".inp"),
         ] {
             std::fs::write(folder.path().join(name), "-1\n2411\n").expect("a file");
-            let error = read(&folder.path().join(name)).expect_err(name);
+            let error = read(&folder.path().join(name), MeshPieces::One).expect_err(name);
             assert!(error.exit_code() == 3 && error.message().contains(word), "{error}");
         }
     }

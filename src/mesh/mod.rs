@@ -37,6 +37,15 @@ pub struct Mesh {
     pub aliases: BTreeMap<String, String>,
 }
 
+/// Number of pieces without a common node that a mesh is expected to have.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum MeshPieces {
+    /// One: others are cracks.
+    One,
+    /// Any, as the pads of a brake.
+    Several,
+}
+
 /// Place in the file at which surfaces are named.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub enum Naming {
@@ -93,6 +102,12 @@ impl Mesh {
             }
         }
         count as f64 / self.nodes.len().max(1) as f64
+    }
+
+    /// First node of the piece of each node, `[n_nodes]`: pieces have no common node.
+    pub fn pieces(&self) -> Vec<u32> {
+        let mut joined = listed::JoinedCells::new(self);
+        (0..self.nodes.len() as u32).map(|node| joined.find(node)).collect()
     }
 
     /// The mesh mirrored in the plane z = 0. Nodes and cells keep their numbers; the nodes of the cells are reordered

@@ -75,7 +75,7 @@ fn touched(
     let of = |name: &&str| ContactGrid::from_mesh(&mesh, name).unwrap();
     let grids: Vec<ContactGrid> = groups.iter().filter(|_| world.is_root()).map(of).collect();
     let material = ElasticMaterial { young, poisson: 0.3, density: 7800.0 };
-    let contacts: Vec<MeshContact> = grids.iter().map(|grid| MeshContact { grid, along: 0.0 }).collect();
+    let contacts: Vec<MeshContact> = grids.iter().map(|grid| MeshContact::Grid { grid, along: 0.0 }).collect();
     FeBody::held(world, name, world.is_root().then_some(&mesh), &contacts, material, held).unwrap()
 }
 

@@ -66,7 +66,7 @@ pub(crate) fn build<'p>(
                 ));
             }
             progress.stage(format!("distribution and assembly, body {name}"));
-            let on = |(grid, (_, along)): (_, &(_, AlongPath))| MeshContact { grid, along: along.angle() };
+            let on = |(grid, (_, along)): (_, &(_, AlongPath))| MeshContact::Grid { grid, along: along.angle() };
             let contacts: Vec<MeshContact> = grids.iter().zip(&stands).map(on).collect();
             let mesh = (stands.first().map(|(s, _)| &s.mesh), &contacts[..]);
             bodies.unique.push(Box::new(of_elements((petsc, summary), job, (name, body), mesh, axis)?));

@@ -15,33 +15,34 @@ mod parse;
 mod tests;
 
 use super::listed::FileOrigin;
-use super::{Mesh, Naming};
+use super::{Mesh, MeshPieces, Naming};
 use crate::{Error, Result};
 use lines::{place, DeckLines, Place};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// Reads a mesh from the file at `path` and the files that it includes, and remarks: what was left out, and what was
-/// taken for something else.
-pub fn read(path: &Path) -> Result<(Mesh, Vec<String>)> {
+/// taken for something else. `pieces` are expected.
+pub fn read(path: &Path, pieces: MeshPieces) -> Result<(Mesh, Vec<String>)> {
     let name = path.display().to_string();
     let file = crate::input::open(path).map_err(|e| {
         Error::Input(format!("mesh file {name} cannot be read: {e}; expected an input file of Abaqus or CalculiX"))
     })?;
-    of_lines(DeckLines::new(Box::new(std::io::BufReader::with_capacity(1 << 18, file)), path.to_path_buf()))
+    let lines = Box::new(std::io::BufReader::with_capacity(1 << 18, file));
+    of_lines(DeckLines::new(lines, path.to_path_buf()), pieces)
 }
 
 /// Reads a mesh from the bytes of a file; `name` stands in messages, and files are included relative to it.
 pub fn parse(data: &[u8], name: &str) -> Result<(Mesh, Vec<String>)> {
-    of_lines(DeckLines::new(Box::new(std::io::Cursor::new(data)), PathBuf::from(name)))
+    of_lines(DeckLines::new(Box::new(std::io::Cursor::new(data)), PathBuf::from(name)), MeshPieces::One)
 }
 
-fn of_lines(mut lines: DeckLines) -> Result<(Mesh, Vec<String>)> {
+fn of_lines(mut lines: DeckLines, pieces: MeshPieces) -> Result<(Mesh, Vec<String>)> {
     let deck = parse::deck(&mut lines)?;
     let mut files = Files { names: lines.files, ..Files::default() };
     let mut remarks = deck.remarks.said(&files);
     let listed = flatten::flatten(deck, &mut files)?;
-    let (mut mesh, more) = listed.mesh(&files)?;
+    let (mut mesh, more) = listed.mesh(&files, pieces)?;
     mesh.naming = Naming::Abaqus;
     name_groups(&mut mesh, &files);
     let name = files.names.first().map(|f| f.display().to_string()).unwrap_or_default();

@@ -3,7 +3,7 @@
 mod generated;
 
 use super::{parse, read};
-use crate::mesh::{msh, Facet, Mesh};
+use crate::mesh::{msh, Facet, Mesh, MeshPieces};
 use std::path::{Path, PathBuf};
 
 fn data(folder: &str, file: &str) -> PathBuf {
@@ -27,7 +27,7 @@ fn facets(mesh: &Mesh, name: &str) -> Vec<Facet> {
 fn a_mesh_is_the_same_from_both_formats() {
     for kind in ["tet4", "tet10", "wedge6", "wedge15", "hex8", "hex20"] {
         let expected = msh::read(&data("msh", &format!("{kind}-4.1.msh"))).expect(kind);
-        let (found, _) = read(&data("inp", &format!("{kind}.inp"))).unwrap_or_else(|e| panic!("{e}"));
+        let (found, _) = read(&data("inp", &format!("{kind}.inp")), MeshPieces::One).unwrap_or_else(|e| panic!("{e}"));
         assert!(found.cells == expected.cells && found.nodes.len() == expected.nodes.len(), "{kind}");
         let same = |(a, b): (&f64, &f64)| (a - b).abs() < 1e-14;
         assert!(found.nodes.iter().flatten().zip(expected.nodes.iter().flatten()).all(same), "{kind}");
@@ -156,14 +156,14 @@ fn files_include_files_and_no_circles() {
     write("all.inp", "*HEADING\n*INCLUDE, INPUT=parts/nodes.inc\n*NSET, NSET=Foot\n1,2,3,4\n");
     write("parts/nodes.inc", &format!("{NODES}*INCLUDE, INPUT=elements.inc\n"));
     write("parts/elements.inc", ELEMENTS);
-    let (mesh, remarks) = read(&folder.path().join("all.inp")).unwrap_or_else(|e| panic!("{e}"));
+    let (mesh, remarks) = read(&folder.path().join("all.inp"), MeshPieces::One).unwrap_or_else(|e| panic!("{e}"));
     assert!(mesh.cells.len() == 2 && mesh.groups.contains_key("foot"));
     assert!(remarks.iter().any(|r| r.contains("elements.inc, line 1: 1 elements C3D8R")), "{remarks:?}");
     write("parts/elements.inc", &format!("{ELEMENTS}*INCLUDE, INPUT=../all.inp\n"));
-    let error = read(&folder.path().join("all.inp")).expect_err("a circle").to_string();
+    let error = read(&folder.path().join("all.inp"), MeshPieces::One).expect_err("a circle").to_string();
     assert!(error.contains("elements.inc, line 6") && error.contains("circle"), "{error}");
     write("all.inp", "*HEADING\n*INCLUDE, INPUT=no-such.inc\n");
-    let error = read(&folder.path().join("all.inp")).expect_err("no such file").to_string();
+    let error = read(&folder.path().join("all.inp"), MeshPieces::One).expect_err("no such file").to_string();
     assert!(error.contains("all.inp, line 2") && error.contains("no-such.inc"), "{error}");
 }
 

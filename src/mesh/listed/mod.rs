@@ -6,10 +6,11 @@ mod groups;
 mod index;
 mod unmerged_nodes;
 
-use super::{CellKind, Cells, Facet, FacetKind, Mesh};
+use super::{CellKind, Cells, Facet, FacetKind, Mesh, MeshPieces};
 use crate::{Error, Result};
 pub(super) use index::Index;
 use std::collections::HashMap;
+pub(super) use unmerged_nodes::JoinedCells;
 
 /// Positions in a file, for messages. A place is a number that only the reader of the format understands.
 pub(super) trait FileOrigin {
@@ -138,7 +139,7 @@ impl FileContents {
 
     /// Checks what was read and makes the mesh of it; nodes keep their order, unused ones are dropped. Beside the
     /// mesh it has remarks for the user.
-    pub fn mesh(mut self, origin: &dyn FileOrigin) -> Result<(Mesh, Vec<String>)> {
+    pub fn mesh(mut self, origin: &dyn FileOrigin, pieces: MeshPieces) -> Result<(Mesh, Vec<String>)> {
         self.index = Index::default();
         let mut number = vec![u32::MAX; self.tags.len()];
         self.cells.all_nodes().for_each(|n| number[n as usize] = 0);
@@ -181,7 +182,7 @@ impl FileContents {
         let nodes = std::mem::take(&mut self.coords);
         let mut mesh = Mesh { nodes, cells: std::mem::take(&mut self.cells), ..Mesh::default() };
         self.check_cells(&mesh, origin)?;
-        let flat = self.check_seams(&mesh, origin)?;
+        let flat = self.check_seams(&mesh, origin, pieces)?;
         self.check_joints(&mesh, origin)?;
         let mut remarks = self.group(&mut mesh, origin)?;
         remarks.extend(flat);

@@ -1,6 +1,6 @@
 //! Nodes that were not merged, and bodies in several pieces: cracks that nothing else would show.
 
-use super::{FileContents, FileOrigin};
+use super::{FileContents, FileOrigin, MeshPieces};
 use crate::mesh::quality::volume;
 use crate::mesh::Mesh;
 use crate::Result;
@@ -15,11 +15,17 @@ const FLATTEST: f64 = 1e-8;
 const OF_EXTENT: f64 = 1e-10;
 
 impl FileContents {
-    /// Refuses meshes with unmerged nodes or in several pieces, and cells that are too flat; a remark on flat ones.
-    pub(super) fn check_seams(&self, mesh: &Mesh, origin: &dyn FileOrigin) -> Result<Option<String>> {
+    /// Refuses meshes with unmerged nodes or in several pieces where one is `expected`, and cells that are too flat; a
+    /// remark on flat ones.
+    pub(super) fn check_seams(
+        &self,
+        mesh: &Mesh,
+        origin: &dyn FileOrigin,
+        expected: MeshPieces,
+    ) -> Result<Option<String>> {
         let size = mesh.nodes.iter().flatten().fold(0.0f64, |m, v| m.max(v.abs()));
         let step = (OF_EDGE * shortest_link(mesh)).max(OF_EXTENT * size);
-        let pieces = Pieces::of(mesh);
+        let pieces = JoinedCells::new(mesh);
         let mut pairs = coincident(&mesh.nodes, step);
         let flat = self.flat_cells(mesh, &mut pairs, origin)?;
         if let Some(&[a, b]) = pairs.iter().min() {
@@ -47,7 +53,7 @@ impl FileContents {
                 ),
             ));
         }
-        if pieces.count > 1 {
+        if pieces.count > 1 && expected == MeshPieces::One {
             let count = pieces.count;
             let (cell, node, cells) = pieces.other(mesh);
             let [x, y, z] = mesh.nodes[node as usize];
@@ -156,14 +162,14 @@ fn mixed(place: [i64; 3]) -> u64 {
 }
 
 /// Nodes that hang together through cells.
-struct Pieces {
+pub(in crate::mesh) struct JoinedCells {
     root: Vec<u32>,
     count: usize,
 }
 
-impl Pieces {
-    fn of(mesh: &Mesh) -> Self {
-        let mut pieces = Pieces { root: (0..mesh.nodes.len() as u32).collect(), count: mesh.nodes.len() };
+impl JoinedCells {
+    pub(in crate::mesh) fn new(mesh: &Mesh) -> Self {
+        let mut pieces = JoinedCells { root: (0..mesh.nodes.len() as u32).collect(), count: mesh.nodes.len() };
         for cell in mesh.cells.iter() {
             for &n in &cell.nodes[1..] {
                 let (a, b) = (pieces.find(cell.nodes[0]), pieces.find(n));
@@ -176,7 +182,8 @@ impl Pieces {
         pieces
     }
 
-    fn find(&mut self, mut i: u32) -> u32 {
+    /// The first node of the piece of node `i`.
+    pub(in crate::mesh) fn find(&mut self, mut i: u32) -> u32 {
         while self.root[i as usize] != i {
             self.root[i as usize] = self.root[self.root[i as usize] as usize];
             i = self.root[i as usize];
