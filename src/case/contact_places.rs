@@ -44,7 +44,7 @@ pub(crate) fn settle(world: &World, job: &mut Job) -> Result<()> {
     let Some(contact) = &mut job.contact else { return Ok(()) };
     if contact.wheels == ContactWheels::Both && contact.from.is_none() {
         contact.further = vec![at_other_wheel(&job::Contact { further: Vec::new(), ..contact.clone() })];
-        return Ok(());
+        return bear_axle_load(world, job);
     }
     let Some(load) = contact.vertical_load.filter(|_| contact.places == ContactPlaces::All) else { return Ok(()) };
     if contact.normal_load.is_some() {
@@ -74,6 +74,46 @@ pub(crate) fn settle(world: &World, job: &mut Job) -> Result<()> {
     *contact = all.next().ok_or_else(missing)?;
     contact.further = all.collect();
     Ok(())
+}
+
+/// Collective: gives both wheels of `job` the normal forces that follow from its axle load, if it has one.
+fn bear_axle_load(world: &World, job: &mut Job) -> Result<()> {
+    let Some(axle_load) = job.contact.as_ref().and_then(|contact| contact.axle_load) else { return Ok(()) };
+    let found = world.on_root(|| at_both_wheels(job, axle_load).map(|found| found.to_vec()))?;
+    let found = world.broadcast(found.unwrap_or_default());
+    let wheels = job.contact.iter_mut().flat_map(|contact| {
+        let job::Contact { normal_load, further, .. } = contact;
+        std::iter::once(normal_load).chain(further.iter_mut().map(|other| &mut other.normal_load))
+    });
+    wheels.zip(found).for_each(|(normal_load, force)| *normal_load = Some(force));
+    Ok(())
+}
+
+/// Normal forces, N, at both wheels of `job` in the order of its contacts, under the axle load Q, N, and the roll
+/// moment M, N m. Of the vertical forces V = N cos δ at the places y of first touch, to the right, V_1 + V_2 = Q and
+/// y_1 V_1 + y_2 V_2 = M. The part that friction has in them is left out.
+fn at_both_wheels(job: &Job, load: f64) -> Result<[f64; 2]> {
+    let missing = || Error::Defect("an axle load of a job without both wheels".into());
+    let contact = job.contact.as_ref().ok_or_else(missing)?;
+    let touch = |one: &job::Contact| -> Result<ContactPlace> {
+        let alone = Job { contact: Some(job::Contact { further: Vec::new(), ..one.clone() }), ..job.clone() };
+        let given = alone.placement().ok_or_else(missing)?;
+        let (movable, _) = wheel_over_rail(&alone)?;
+        let places = movable.places(given.lateral, given.yaw, given.roll);
+        places.map_err(|e| e.context("contact.placement"))?.first().copied().ok_or_else(missing)
+    };
+    let [one, other] = [touch(contact)?, touch(contact.further.first().ok_or_else(missing)?)?];
+    let moment = contact.roll_moment;
+    let second = (moment - one.across * load) / (other.across - one.across);
+    let vertical = [load - second, second];
+    if !vertical.iter().all(|force| *force > 0.0) {
+        let [low, high] = [one.across.min(other.across) * load, one.across.max(other.across) * load];
+        return Err(Error::Job(format!(
+            "contact.roll_moment: found {moment} N m, which lifts a wheel under contact.axle_load = {load} N; expected \
+             between {low:.0} and {high:.0} N m"
+        )));
+    }
+    Ok([vertical[0] / one.angle.cos(), vertical[1] / other.angle.cos()])
 }
 
 /// The wheel of `job` over its rail, with Young's moduli, Pa, and Poisson's ratios of rail and wheel.
@@ -153,6 +193,35 @@ fn spread(job: &Job, load: f64) -> Result<Vec<LoadedPlace>> {
 mod tests {
     use super::*;
     use crate::job::example;
+
+    /// In the middle of the track the wheels of an axle share its load, and a roll moment M moves M/2y of it to the one
+    /// on the right, at the place y; one that would lift a wheel is refused.
+    #[test]
+    fn both_wheels_bear_an_axle_load() {
+        let forces = |moment: f64| {
+            let mut job = example::wheel_on_rail(&[
+                "contact.wheels=both",
+                r#"bodies.upper.mesh={"revolved": {"section": "W920S-wheelset"}}"#,
+                r#"bodies.upper.suspension={"longitudinal": 1e7, "lateral": 5e6, "vertical": 1e6}"#,
+                "bodies.upper.fixed=[]",
+                "contact.normal_load=null",
+                "contact.axle_load=120e3",
+                "contact.placement.lateral=0",
+                "contact.placement.yaw=0",
+                "contact.placement.side=right",
+                &format!("contact.roll_moment={moment}"),
+            ]);
+            let contact = job.contact.as_mut().expect("a contact");
+            contact.further = vec![at_other_wheel(contact)];
+            at_both_wheels(&job, 120e3)
+        };
+        let [right, left] = forces(0.0).unwrap();
+        assert!((right / left - 1.0).abs() < 1e-9 && (60e3..60.3e3).contains(&right), "{right} {left}");
+        let [right, left] = forces(9e3).unwrap();
+        assert!(((right - left) / (9e3 / 0.75) - 1.0).abs() < 0.01, "{right} {left}");
+        let refused = forces(1e5).unwrap_err().to_string();
+        assert!(refused.contains("contact.roll_moment: found 100000 N m, which lifts a wheel"), "{refused}");
+    }
 
     /// New S1002 on 60E1 1:40, circles 1500: two places share 60 kN at a shift of 5 mm, and one carries it at 0.
     #[test]

@@ -63,6 +63,7 @@ const GRAM: Unit = ("g", |v| 1e-3 * v);
 /// The usual magnitudes, a line a key. A key of a job has one line for each scope at most.
 const USUAL: &[Usual] = &[
     usual("contact.normal_load", OnRail, "the load of a wheel", [1e3, 3e5], FORCE),
+    usual("contact.axle_load", OnRail, "the load of an axle", [2e3, 6e5], FORCE),
     usual("contact.approach", OnRail, "the approach of a wheel to its rail", [1e-7, 1e-3], &[UM, MM]),
     usual("contact.speed", OnRail, "the speed of a train", [0.01, 100.0], &[KM_H]),
     usual("contact.placement.speed", OnRail, "the speed of a train", [0.01, 100.0], &[KM_H]),

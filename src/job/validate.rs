@@ -287,7 +287,7 @@ fn check_contact(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         (Some(_), Some(_)) => {
             faults.push("contact: both normal_load and approach are given; give exactly one of them".into());
         }
-        (None, None) if contact.vertical_load.is_none() => {
+        (None, None) if contact.vertical_load.is_none() && contact.axle_load.is_none() => {
             faults.push("contact: give exactly one of normal_load (N) and approach (m)".into());
         }
         _ => {}

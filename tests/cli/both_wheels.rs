@@ -34,6 +34,43 @@ fn aside_of_the_middle(name: &str, analyses: Value) -> Value {
     job
 }
 
+/// Both wheels bear an axle load and a roll moment about the track, of vertical forces N cos δ at their places.
+#[test]
+fn an_axle_load_and_a_roll_moment_are_borne_by_both_wheels() {
+    let mut job = on_straight_track(json!({ "steady": {} }));
+    let contact = job["contact"].as_object_mut().expect("a contact");
+    contact.remove("normal_load");
+    contact.insert("axle_load".into(), json!(40e3));
+    contact.insert("roll_moment".into(), json!(6e3));
+    let folder = Folder::with(job.to_string());
+    let told = folder.call(1, "check", &[]);
+    assert!(told.good().out.contains("axle load 40000 N, roll moment 6000 N m"), "{}", told.out);
+    folder.call(2, "run", &[]).good();
+    let (mut load, mut moment) = (0.0, 0.0);
+    for (contact, placement) in [("contact", "placement"), ("contact_2", "placement_2")] {
+        let number = |name: &str, k: usize| read::<f64>(&folder, "job.h5", name)[k];
+        let vertical = -number(&format!("{contact}/force"), 2) * number(&format!("{placement}/contact_angle"), 0).cos();
+        (load, moment) = (load + vertical, moment + vertical * number(&format!("{placement}/origin"), 1));
+    }
+    // The frame of a contact stands at the middle of its pressure, half a millimetre from first touch.
+    assert!((load / 40e3 - 1.0).abs() < 1e-6 && (moment - 6e3).abs() < 1e-3 * load, "{load} N, {moment} N m");
+    type Change = fn(&mut Value);
+    let table: [(Change, &[&str]); 4] = [
+        (
+            |job| job["contact"]["roll_moment"] = json!(4e4),
+            &["contact.roll_moment", "lifts a wheel", "expected between"],
+        ),
+        (|job| job["contact"]["normal_load"] = json!(2e4), &["contact.normal_load", "contact.axle_load"]),
+        (|job| job["contact"]["wheels"] = json!("one"), &["contact.axle_load", "expected contact.wheels"]),
+        (|job| drop(job["contact"].as_object_mut().unwrap().remove("axle_load")), &["contact.roll_moment", "without"]),
+    ];
+    for (change, parts) in table {
+        let mut other = job.clone();
+        change(&mut other);
+        Folder::with(other.to_string()).refused(1, &[], 2, parts);
+    }
+}
+
 /// Rails of twelve bays of sleepers that have this much stiffness against the ballast across the track, N/m, below both
 /// rails where `whole` says so.
 fn on_sleepers(across: f64, whole: bool) -> Value {

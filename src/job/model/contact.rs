@@ -28,6 +28,16 @@ pub struct Contact {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N"))]
     pub vertical_load: Option<f64>,
+    /// Vertical force on a wheelset that both its wheels carry together, N, with `wheels` "both" in the place of
+    /// `normal_load`: the normal force at each wheel follows from it and from `roll_moment`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N"))]
+    pub axle_load: Option<f64>,
+    /// Moment about the track that the wheels bear beside `axle_load`, N m, positive where it loads the right-hand
+    /// wheel.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    #[schemars(extend("unit" = "N m"))]
+    pub roll_moment: f64,
     /// Lateral force of the rail on the wheel, N, positive to the right, beside `vertical_load`: the shift of the wheel
     /// follows from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -205,6 +215,7 @@ impl Contact {
             ("normal_load", self.normal_load.is_some()),
             ("approach", self.approach.is_some()),
             ("vertical_load", self.vertical_load.is_some()),
+            ("axle_load", self.axle_load.is_some()),
             ("lateral_force", self.lateral_force.is_some()),
             ("speed", self.speed != 0.0),
             ("creepage", self.creepage != Creepage::default()),
@@ -274,8 +285,13 @@ impl Contact {
         self.further.clear();
     }
 
-    /// Takes off the places and the shift that follow from the forces on a wheel.
+    /// Takes off the places and the shift that follow from the forces on a wheel, and the forces at the wheels that
+    /// follow from those on a wheelset.
     pub(in crate::job) fn remove_places(&mut self) {
+        if self.wheels == ContactWheels::Both && self.axle_load.is_some() {
+            self.normal_load = None;
+            self.further.clear();
+        }
         if self.places == ContactPlaces::All && self.vertical_load.is_some() {
             self.normal_load = None;
             let shifted = self.lateral_force.is_some();
@@ -370,13 +386,13 @@ impl Contact {
         self.placement.as_ref().map_or(super::TrackSide::Left, |p| p.side)
     }
 
-    /// Load that presses the bodies together. Reading a job makes sure that exactly one of the three keys is given.
-    /// The part of a vertical load that this contact carries is known once the places are.
+    /// Load that presses the bodies together. Reading a job makes sure that exactly one of the four keys is given.
+    /// The part of a vertical load or of an axle load that this contact carries is known once the places are.
     pub fn load(&self) -> Load {
         match (self.normal_load, self.approach) {
             (Some(n), _) => Load::Normal(n),
             (None, Some(d)) => Load::Approach(d),
-            (None, None) => Load::Normal(self.vertical_load.unwrap_or(0.0)),
+            (None, None) => Load::Normal(self.vertical_load.or(self.axle_load.map(|q| 0.5 * q)).unwrap_or(0.0)),
         }
     }
 }

@@ -24,6 +24,7 @@ pub fn check(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
         );
     }
     check_lateral_force(contact, faults);
+    check_axle_load(contact, faults);
     let keys = [
         ("places", contact.places == ContactPlaces::All, "all"),
         ("wheels", contact.wheels == ContactWheels::Both, "both"),
@@ -58,6 +59,29 @@ pub fn check(job: &Job, contact: &Contact, faults: &mut Vec<String>) {
     let several =
         SeveralContacts { cause: format!("contact.{key} = \"{value}\""), without: format!("contact.{key} = \"one\"") };
     check_analyses(job, contact, &several, faults);
+}
+
+/// Adds the faults of the forces on a wheelset.
+fn check_axle_load(contact: &Contact, faults: &mut Vec<String>) {
+    if contact.axle_load.is_none() {
+        if contact.roll_moment != 0.0 {
+            faults.push("contact.roll_moment: given without contact.axle_load, beside which it acts".into());
+        }
+        return;
+    }
+    if contact.wheels != ContactWheels::Both {
+        faults.push(
+            "contact.axle_load: is the force on both wheels of a wheelset; expected contact.wheels = \"both\", or \
+             contact.normal_load of one wheel"
+                .into(),
+        );
+    }
+    for (key, _) in [("normal_load", contact.normal_load), ("approach", contact.approach)]
+        .into_iter()
+        .filter(|(_, given)| given.is_some())
+    {
+        faults.push(format!("contact.{key}: given beside contact.axle_load, from which it follows; leave one out"));
+    }
 }
 
 /// Smallest angle between two bodies around one, rad: nearer ones stand at one place.
@@ -248,8 +272,8 @@ fn check_wheelset(job: &Job, contact: &Contact, placement: &Placement, faults: &
     }
     if contact.vertical_load.is_some() {
         faults.push(
-            "contact.vertical_load: is the force on one wheel, and contact.wheels = \"both\" takes a normal force at \
-             each contact; expected contact.normal_load or contact.approach of either wheel, or curve and vehicle"
+            "contact.vertical_load: is the force on one wheel, and contact.wheels = \"both\" takes that of both; \
+             expected contact.axle_load, contact.normal_load or contact.approach of either wheel, or curve and vehicle"
                 .into(),
         );
     }
