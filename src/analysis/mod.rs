@@ -161,9 +161,9 @@ pub fn run(
 ) -> Result<Summary> {
     let world = petsc.world();
     let &RunContext { meshes, stop } = around;
-    if let (true, Some(path)) = (job.by_matrices(), &options.reuse) {
+    if let (true, Some(path)) = (job.is_reduced_anew(), &options.reuse) {
         return Err(Error::Job(format!(
-            "--reuse {}: bodies given by matrices are reduced anew in each run; leave it out",
+            "--reuse {}: bodies given by matrices, or a disc with its pads, are reduced anew in each run; leave it out",
             path.display()
         )));
     }

@@ -185,7 +185,7 @@ impl<'s> RunState<'s> {
         }
         // A run that is continued goes on with the model that it was begun with; what is made of matrices is the same
         // again.
-        if options.resume && !job.by_matrices() {
+        if options.resume && !job.is_reduced_anew() {
             self.kept = Some(world.on_root(|| transient::stored_model::read(run.segments()?, job))?);
         }
         Ok(())
@@ -312,7 +312,7 @@ impl<'s> RunState<'s> {
     fn transient(&mut self, run: &mut Run) -> Result<()> {
         let (job, options) = (run.job, run.options);
         let (Some(wanted), stop) = (&job.analyses.transient, run.stop) else { return Ok(()) };
-        let keep = match options.resume || job.by_matrices() {
+        let keep = match options.resume || job.is_reduced_anew() {
             true => None,
             false => run.world().on_root(|| self.tables(job))?,
         };
@@ -353,7 +353,7 @@ impl<'s> RunState<'s> {
 /// Returns whether modes and compliance are kept on the disk for later runs.
 fn keeps(job: &job::Job) -> bool {
     let of_bodies = job.contact.as_ref().is_some_and(|c| c.compliance.of_bodies());
-    job.output.reduced && of_bodies && !job.by_matrices() && !job.analyses.on_contact().is_empty()
+    job.output.reduced && of_bodies && !job.is_reduced_anew() && !job.analyses.on_contact().is_empty()
 }
 
 fn contact(job: &job::Job) -> Result<&job::Contact> {

@@ -124,7 +124,7 @@ pub(super) fn run(
 
 /// Returns whether complex modes are to be written.
 pub(super) fn writes_shapes(job: &Job) -> bool {
-    job.output.fields && !job.by_matrices() && job.analyses.stability.as_ref().is_some_and(|s| s.shapes > 0)
+    job.output.fields && !job.is_reduced_anew() && job.analyses.stability.as_ref().is_some_and(|s| s.shapes > 0)
 }
 
 /// Returns whether bodies rotate in the full system.

@@ -129,7 +129,7 @@ pub fn steps(job: &Job, earlier: PriorRun) -> Vec<Step> {
     // Bodies of matrices are reduced anew in each run. One that is continued has its reduced model; shapes that are
     // wanted and were not kept are made again.
     let sought = seeks_shapes(job, earlier.resume);
-    let kept = earlier.reuse || (earlier.resume && !job.by_matrices());
+    let kept = earlier.reuse || (earlier.resume && !job.is_reduced_anew());
     let swept = kept && finds_again(job, earlier);
     let again = swept || (kept && !earlier.reuse && sought && !earlier.shapes);
     let given = kept && !again;

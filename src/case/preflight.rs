@@ -47,7 +47,7 @@ pub(crate) fn of_run(job: &Job, meshes: &Meshes, made: bool) -> Result<Preflight
 /// Meshes with elements that are inverted, or that are beside the contact point; contacts that cannot be computed;
 /// files that cannot be read.
 pub fn of_job(job: &Job, meshes: &Meshes, nodes: u64) -> Result<PreflightReport> {
-    let report = match nodes > NODES && !job.by_matrices() {
+    let report = match nodes > NODES && !job.is_reduced_anew() {
         true => {
             let text = format!("meshes of {nodes} nodes are not made for a check; run examines them");
             PreflightReport { lines: vec![text], warnings: Vec::new() }
@@ -103,7 +103,11 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
     if job.is_disc_with_pads() {
         report.lines.extend(super::swept::inertia(job)?.into_iter().map(|line| job.bodies.with_names(line)));
         report.lines.extend(super::disc_and_pads::examine(job)?);
-        matrices_of("pads", &super::disc_and_pads::pads(job)?)?;
+        if let (Some(read), Some(pads)) = (super::disc_and_pads::examine_pads(job, meshes)?, &job.bodies.upper) {
+            let (_, more) = described(job, job.bodies.name_of("upper"), pads, &read)?;
+            report.lines.extend(read.remarks.iter().cloned().chain(more.lines));
+            report.warnings.extend(more.warnings);
+        }
         return Ok(report);
     }
     if job.by_matrices() {
@@ -205,8 +209,17 @@ fn of_bodies(job: &Job, meshes: &Meshes) -> Result<PreflightReport> {
 
 /// Reads the mesh of the body `name` and describes it: size, mass, worst element, modes, and position.
 fn of_mesh(job: &Job, meshes: &Meshes, name: &str, body: &crate::job::Body) -> Result<(Rc<Meshed>, PreflightReport)> {
-    let mut report = PreflightReport::default();
     let found = meshes.mesh(job, name, body)?;
+    let (attitude, mut report) = described(job, name, body, &found)?;
+    let lies = super::mesh_diagnostics::diagnose(job, name, body, &found, &attitude)?;
+    report.lines.extend(lies.lines);
+    report.warnings.extend(lies.warnings);
+    Ok((found, report))
+}
+
+/// Describes the mesh `found` of the body `name`: size, mass, worst element, modes.
+fn described(job: &Job, name: &str, body: &crate::job::Body, found: &Meshed) -> Result<(Attitude, PreflightReport)> {
+    let mut report = PreflightReport::default();
     let material = body.elastic()?;
     let mesh = &found.mesh;
     let mut worst = (f64::INFINITY, 0);
@@ -240,10 +253,7 @@ fn of_mesh(job: &Job, meshes: &Meshes, name: &str, body: &crate::job::Body) -> R
         ));
     }
     modes(job, name, body, (attitude.volume, mesh), &mut report)?;
-    let lies = super::mesh_diagnostics::diagnose(job, name, body, &found, &attitude)?;
-    report.lines.extend(lies.lines);
-    report.warnings.extend(lies.warnings);
-    Ok((found, report))
+    Ok((attitude, report))
 }
 
 /// More modes than this are warned of.
@@ -302,7 +312,7 @@ fn modes(
 const HEAVY: f64 = 1e7;
 
 fn wanted(job: &Job) -> bool {
-    !job.analyses.on_contact().is_empty() && !job.by_matrices()
+    !job.analyses.on_contact().is_empty() && !job.is_reduced_anew()
 }
 
 /// The contact on a grid. The own point of a sweep may fail: the others are computed all the same.

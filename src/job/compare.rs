@@ -57,7 +57,7 @@ pub fn fe_inputs(job: &Job) -> Value {
         inputs["bodies"]["others"] = job.bodies.others.iter().map(|(name, of)| (name.clone(), body(of))).collect();
     }
     if job.is_disc_with_pads() {
-        let cells = |one: &FaceContact| json!([one.between, one.face, one.cells]);
+        let cells = |one: &FaceContact| json!([one.between, one.face, one.pad_face, one.cells]);
         inputs["contacts"] = job.contacts.iter().map(cells).collect();
     }
     if let Some(grid) = contact.and_then(|c| c.grid) {

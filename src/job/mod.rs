@@ -149,8 +149,15 @@ impl Job {
 
     /// Groups of Abaqus and CalculiX are in lower case, as their reader has them: their names do not depend on case.
     fn resolve_groups(&mut self) {
+        let is_abaqus = |body: &Body| matches!(&body.mesh, Some(MeshSource::File(file)) if file.is_abaqus());
+        let pads = self.contacts.first().map(|contact| &contact.between[1]);
+        let pads = pads.and_then(|name| self.bodies.named.get(name)).or(self.bodies.upper.as_ref());
+        if pads.is_some_and(is_abaqus) {
+            let faces = self.contacts.iter_mut().filter_map(|contact| contact.pad_face.as_mut());
+            faces.for_each(|group| *group = group.to_lowercase());
+        }
         for body in self.bodies.all_mut() {
-            if matches!(&body.mesh, Some(MeshSource::File(file)) if file.is_abaqus()) {
+            if is_abaqus(body) {
                 let supported = body.supports.iter_mut().map(|s| &mut s.group);
                 body.fixed.iter_mut().chain(supported).for_each(|group| *group = group.to_lowercase());
             }

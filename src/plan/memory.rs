@@ -60,7 +60,7 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         shared.push(("stiffness and mass matrices", unique.iter().map(matrices).sum()));
         // Entries of a row for each neighbour: motions along the normal apart from those across couple all components.
         let absorbs = |name: &str| -> f64 {
-            let found = job.bodies().into_iter().find(|(n, _)| *n == name);
+            let found = job.bodies().into_iter().find(|(n, _)| job.bodies.name_of(n) == name);
             let ends = found.map_or(&[][..], |(_, b)| &b.supports[..]).iter().filter_map(|s| s.absorbing);
             ends.map(|a| if a.longitudinal.unwrap_or(0.0) > 0.0 { 3.0 } else { 1.0 }).fold(0.0, f64::max)
         };
@@ -124,11 +124,11 @@ pub(super) fn estimate(job: &Job, bodies: &[BodySize], alike: bool, ranks: usize
         // the rows that are picked.
         on_root.push(("contact of the full transient", 6.0 * rows * rows * 8.0));
     }
-    if job.analyses.stability.as_ref().is_some_and(|s| s.sensitivities) && !job.by_matrices() {
+    if job.analyses.stability.as_ref().is_some_and(|s| s.sensitivities) && !job.is_reduced_anew() {
         // W and S of the bodies with a parameter changed, ahead and behind.
         on_root.push(("sensitivities", 4.0 * rows * rows * 8.0));
     }
-    if swept && !job.by_matrices() {
+    if swept && !job.is_reduced_anew() {
         // Every rank solves points of its own: it has W, S and the modes at the contact of both bodies, and beside
         // them what of W a state of rest sees, or a copy of W on its way there.
         let modes = job.analyses.modes.as_ref().map_or(0.0, mode_count);

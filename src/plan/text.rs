@@ -65,6 +65,10 @@ fn given(contact: &Contact) -> String {
     let load = match (contact.vertical_load, contact.lateral_force, contact.load()) {
         (Some(q), Some(y), _) => format!("vertical load {q} N, lateral force {y} N"),
         (Some(q), None, _) => format!("vertical load {q} N"),
+        (None, _, Load::Normal(_)) if contact.axle_load.is_some() => {
+            let [load, moment] = [contact.axle_load.unwrap_or(0.0), contact.roll_moment];
+            format!("axle load {load} N, roll moment {moment} N m")
+        }
         (None, _, Load::Normal(n)) => format!("normal load {n} N"),
         (None, _, Load::Approach(d)) => format!("approach {d} m"),
     };
@@ -85,7 +89,8 @@ fn line(step: Step, job: &Job, bodies: &[BodySize], once: &str) -> Option<String
     match step {
         Step::PriorRun | Step::EarlierShapes | Step::EarlierModes | Step::Geometry | Step::FreeModes => None,
         Step::Bodies if job.is_disc_with_pads() => {
-            Some("section of the disc; mass, damping and stiffness of the pads from files".into())
+            let of_pads = if job.by_matrices() { "mass, damping and stiffness" } else { "the mesh" };
+            Some(format!("section of the disc; {of_pads} of the pads from files"))
         }
         Step::Bodies if job.by_matrices() => Some("mass, damping and stiffness from files".into()),
         Step::Bodies if job.placement().is_some() => Some("the wheel on the rail: gap and creepages".into()),

@@ -1,6 +1,7 @@
 //! A disc that turns between pads that do not: `jobs/disc-and-pads.json`.
 
 use super::program::*;
+use super::transient::growth;
 use num_complex::Complex64;
 use serde_json::{json, Value};
 use std::path::Path;
@@ -195,6 +196,22 @@ fn uncertain(cycles: Value) -> Value {
     wanted
 }
 
+/// Points of a sweep are followed to their limit cycles: of low friction motion dies out, of high friction it grows.
+#[test]
+fn points_of_a_sweep_have_limit_cycles() {
+    let folder = brake(1.0, |job| {
+        let cycles = json!({ "duration": 0.004, "step": 4e-6, "settled": 0.01, "branches": ["mode"] });
+        let values = json!([0.1, 0.5]);
+        let keys = json!({ "contacts.0.friction": values, "contacts.1.friction": values });
+        job["analyses"]["sweep"] = json!({ "keys": keys, "combine": "zip", "cycles": cycles });
+    });
+    folder.call(2, "run", &[]).good();
+    let fate: Vec<i8> = read(&folder, "sweep/cycles/fate");
+    let force: Vec<f64> = read(&folder, "sweep/cycles/force");
+    assert!(fate.len() == 2 && fate[0] == 0 && fate[1] > 0, "{fate:?}");
+    assert!((force[0] + 200.0).abs() < 1.0 && (force[2] + 2000.0).abs() < 1.0 && force[3] < -500.0, "{force:?}");
+}
+
 /// Samples of uncertain friction and rotation have the growth rates of single runs.
 #[test]
 fn samples_are_jobs_of_their_own() {
@@ -246,19 +263,210 @@ fn receptances_are_those_of_each_pad() {
     }
 }
 
+/// A small motion decays in time as the eigenvalue says, of a disc that turns so fast that what it carries past its
+/// pads counts. The balance of energy holds, and the number of ranks does not matter.
+#[test]
+fn a_small_motion_decays_as_the_eigenvalue_says() {
+    let folder = brake(1.0, |job| {
+        pads(job, [(2000.0, 0.1), (2000.0, 0.1)]);
+        job["bodies"]["disc"]["rotation"] = json!(500);
+        job["analyses"]["transient"] = json!({
+            "duration": 0.05, "step": 2e-6, "start": { "mode": 1, "amplitude": 1e-9 }, "modal_stride": 5
+        });
+    });
+    let mut found = Vec::new();
+    for (ranks, step) in [(1, 2e-6f64), (2, 1e-6)] {
+        let sets = [("step", step), ("modal_stride", (1e-5 / step).round())];
+        let sets = sets.map(|(key, value)| format!("analyses.transient.{key}={value}"));
+        folder.call(ranks, "run", &["--force", "--set", &sets[0], "--set", &sets[1]]).good();
+        let wanted = read::<Complex64>(&folder, "stability/eigenvalue")[0];
+        let q: Vec<f64> = read(&folder, "transient/modal_displacement");
+        let modes = q.len() / 5000;
+        // After what is beside the eigenvector has died away.
+        let rows: Vec<Vec<f64>> = q.chunks_exact(modes).skip(2500).map(<[f64]>::to_vec).collect();
+        let (rate, frequency) = growth(&rows, 1e-5, wanted.im / std::f64::consts::TAU);
+        assert!((rate - wanted.re).abs() < 2e-3 * wanted.re.abs(), "{rate} 1/s, eigenvalue {wanted}");
+        found.push(frequency / (wanted.im / std::f64::consts::TAU) - 1.0);
+        for group in ["transient", "transient_2"] {
+            let force: Vec<f64> = read(&folder, &format!("{group}/force"));
+            let last = &force[force.len() - 3..];
+            assert!((last[0] + 200.0).abs() < 0.01 && (last[2] + 2000.0).abs() < 0.1, "{group}: {last:?}");
+        }
+        let [balance, friction] =
+            ["balance", "friction_loss"].map(|of| read::<f64>(&folder, &format!("transient/{of}")));
+        assert!(balance.last().unwrap().abs() < 1e-9 * friction.last().unwrap(), "{:?}", balance.last());
+    }
+    // The frequency is low by (hω)²/12.
+    assert!((found[0] / found[1] - 4.0).abs() < 0.05, "{found:?}");
+}
+
+/// The force of a piston over time presses its pad; the disc squeals then, and what is left of the motion is told where
+/// it is beyond what the modes hold.
+#[test]
+fn pistons_press_over_time() {
+    let folder = brake(1.0, |job| {
+        let table = |last: f64| json!([[0, 500], [0.004, last]]);
+        let histories = json!({ "normal_load": table(2000.0), "further": [{ "normal_load": table(1500.0) }] });
+        job["analyses"]["transient"] = json!({ "duration": 0.004, "step": 2e-6, "histories": histories });
+    });
+    folder.call(2, "run", &[]).good();
+    for (group, load) in [("transient", 2000.0), ("transient_2", 1500.0)] {
+        let force: Vec<f64> = read(&folder, &format!("{group}/force"));
+        let [x, _, z] = force[force.len() - 3..] else { panic!("{group}: no force") };
+        assert!((z + load).abs() < 1e-6 * load && (x + 0.5 * load).abs() < 0.01 * load, "{group}: {x} N, {z} N");
+    }
+    let held = ["analyses.transient.histories=null", "analyses.transient.start={\"mode\": 1, \"amplitude\": 1e-8}"];
+    let ran = folder.call(2, "run", &["--force", "--set", held[0], "--set", held[1]]);
+    assert!(ran.good().err.contains("the model squeals there, the bodies need not"), "{}", ran.err);
+}
+
+/// The brake whose pads are a mesh.
+fn meshed(change: impl FnOnce(&mut Value)) -> Folder {
+    let mut job = job("disc-and-meshed-pads.json");
+    job["analyses"].as_object_mut().expect("analyses").remove("transient");
+    job["analyses"]["modes"] = json!({ "max_frequency": 12000 });
+    // Half of the cells.
+    for contact in 0..2 {
+        job["contacts"][contact]["friction"] = json!(0.5);
+        let cells = job["contacts"][contact]["cells"].as_array_mut().expect("cells");
+        *cells = [0, 3, 4, 7].map(|k| cells[k].clone()).to_vec();
+    }
+    job["bodies"]["pads"]["mesh"]["file"] = json!({ "path": concat!(env!("CARGO_MANIFEST_DIR"), "/meshes/pads.msh") });
+    change(&mut job);
+    Folder::with(job.to_string())
+}
+
+/// Pads by a mesh bear their forces, alike on both sides, on one rank and on two. Turned about the axle with their
+/// cells they are the same brake.
+#[test]
+fn pads_by_a_mesh_bear_their_forces() {
+    let folder = meshed(|_| {});
+    let one = eigenvalues(&folder, 1);
+    assert!(one.len() > 10 && one[0].re > 0.0, "{one:?}");
+    let force: Vec<f64> = read(&folder, "stability/force");
+    let wanted = [-1000.0, 0.0, -2000.0, -1000.0, 0.0, -2000.0];
+    assert!(force.iter().zip(wanted).all(|(a, b)| (a - b).abs() < 1e-6), "{force:?}");
+    let pressure: Vec<f64> = read(&folder, "stability/pressure");
+    assert!((0..4).all(|i| (pressure[i] / pressure[i + 4] - 1.0).abs() < 1e-9), "{pressure:?}");
+    let two = eigenvalues(&folder, 2);
+    assert!(farthest(&one, &two) < 1e-9, "{:e}", farthest(&one, &two));
+    let turned = eigenvalues(
+        &meshed(|job| {
+            let turn = json!([{ "rotate": { "axis": [0, 0, 1], "angle": 0.7 } }]);
+            job["bodies"]["pads"]["mesh"]["file"]["transform"] = turn;
+            for cell in (0..2).flat_map(|i| (0..4).map(move |k| (i, k))) {
+                let angle = &mut job["contacts"][cell.0]["cells"][cell.1]["angle"];
+                *angle = json!(angle.as_f64().unwrap() + 0.7);
+            }
+        }),
+        1,
+    );
+    assert!(one.len() == turned.len() && farthest(&one, &turned) < 1e-7, "{:e}", farthest(&one, &turned));
+}
+
+/// A rigid pad on springs that are spread evenly over its back, k in all, yields to a force at the distance e from
+/// their middle by (1 + e² A/I)/k: means of the cells, their areas and directions.
+#[test]
+fn a_rigid_pad_yields_as_its_springs() {
+    let folder = meshed(|job| {
+        job["bodies"]["pads"]["material"]["young"] = json!(8e13);
+        job["analyses"]["stability"] = Value::Null;
+        job["analyses"]["modes"] = json!({ "count": 12 });
+        job["analyses"]["receptance"] = json!({ "frequency": [0], "spread": "uniform" });
+    });
+    folder.call(1, "run", &[]).good();
+    // The back: a sector of a ring.
+    let ([r, s], half, k) = ([0.078f64, 0.128], 25f64.to_radians(), 120e6);
+    let area = half * (s * s - r * r);
+    let middle = 2.0 / 3.0 * (s.powi(3) - r.powi(3)) * half.sin() / area;
+    let second = 0.25 * (s.powi(4) - r.powi(4)) * (half + 0.5 * (2.0 * half).sin()) - middle * middle * area;
+    let given: Value = serde_json::from_str(&std::fs::read_to_string(folder.path("job.json")).unwrap()).unwrap();
+    let (mut at, mut all) = (0.0, 0.0);
+    for cell in given["contacts"][0]["cells"].as_array().unwrap() {
+        let of = |key: &str| cell[key].as_f64().unwrap();
+        let own = cell["half"][0].as_f64().unwrap() * cell["half"][1].as_f64().unwrap();
+        at += own * of("radius") * of("angle").cos();
+        all += own;
+    }
+    let off = at / all - middle;
+    let wanted = (1.0 + off * off * area / second) / k;
+    for group in ["receptance", "receptance_2"] {
+        let found: Vec<Complex64> = read(&folder, &format!("{group}/upper"));
+        assert!((found[8].re / wanted - 1.0).abs() < 1e-3, "{group}: {} {wanted:e}, {off} m", found[8]);
+        // Neither along nor across.
+        assert!(found[2].norm() < 1e-6 * wanted && found[5].norm() > 0.0, "{group}: {found:?}");
+    }
+}
+
+/// Refusals of pads by a mesh that does not lie on the disc.
+#[test]
+fn a_mesh_of_pads_beside_the_disc_is_refused() {
+    type Change = fn(&mut Value);
+    let table: [(Change, &[&str]); 10] = [
+        (
+            |job| drop(job["bodies"]["pads"]["supports"].as_array_mut().unwrap().remove(1)),
+            &["bodies.pads.supports", "nothing holds the pad with the node"],
+        ),
+        (|job| drop(job["contacts"][0].as_object_mut().unwrap().remove("pad_face")), &["contacts.0.pad_face: missing"]),
+        (|job| job["contacts"][0]["pad_face"] = json!("outer"), &["contacts.0.pad_face", "outer_back"]),
+        (|job| job["contacts"][1]["pad_face"] = json!("outer_face"), &["contacts.1.cells.0", "outer_face"]),
+        (
+            |job| job["contacts"][0]["cells"][3]["angle"] = json!(0.4),
+            &["contacts.0.cells.3", "no surface there", "z = 0.006"],
+        ),
+        (
+            |job| {
+                let step = json!([{ "translate": [0, 0, 1e-3] }]);
+                job["bodies"]["pads"]["mesh"]["file"]["transform"] = step;
+            },
+            &["contacts.0.cells.0", "1.0000 mm away from the disc"],
+        ),
+        (|job| job["contacts"][0]["cells"][0]["node"] = json!(3), &["contacts.0.cells.0.node", "leave it out"]),
+        (|job| job["bodies"]["pads"]["supports"] = json!([]), &["bodies.pads.supports", "nothing holds the pads"]),
+        (|job| job["bodies"]["pads"]["rotation"] = json!(3), &["bodies.pads.rotation", "do not turn"]),
+        (
+            |job| {
+                job["bodies"]["pads"]["mesh"] = json!({ "cylinder": {
+                "inner_radius": 0.05, "outer_radius": 0.1, "thickness": 0.1, "element_size": 0.02
+            } })
+            },
+            &["bodies.pads", "mesh.file"],
+        ),
+    ];
+    for (change, parts) in table {
+        // A group that is missing is a fault of the file.
+        let code = if parts.contains(&"outer_back") { 3 } else { 2 };
+        meshed(change).refused(1, &[], code, parts);
+    }
+}
+
 /// Refusals name the key, and say what to do, of all that is not computed of a disc between pads.
 #[test]
 fn what_a_disc_between_pads_has_not_is_refused() {
     type Change = fn(&mut Value);
-    let table: [(Change, &[&str]); 22] = [
-        (|job| job["analyses"]["steady"] = json!({}), &["analyses.steady", "modes, stability, receptance"]),
+    let table: [(Change, &[&str]); 23] = [
+        (|job| job["analyses"]["steady"] = json!({}), &["analyses.steady", "modes, stability, transient"]),
         (
-            |job| job["analyses"]["uncertainty"] = uncertain(json!({ "samples": 4, "step": 1e-6, "settled": 0.01 })),
-            &["analyses.uncertainty.cycles", "leave it out"],
+            |job| job["analyses"]["transient"] = json!({ "duration": 1e-3, "step": 1e-6, "model": "full" }),
+            &["analyses.transient.model", "leave it out"],
         ),
         (
-            |job| job["analyses"]["transient"] = json!({ "duration": 1e-3, "step": 1e-6 }),
-            &["analyses.transient", "leave it out"],
+            |job| job["analyses"]["transient"] = json!({ "duration": 1e-3, "step": 1e-6, "sound_power": {} }),
+            &["analyses.transient.sound_power", "leave it out"],
+        ),
+        (
+            |job| {
+                let histories = json!({ "further": [{ "lateral": [[0, 0], [1, 0.1]] }] });
+                job["analyses"]["transient"] = json!({ "duration": 1e-3, "step": 1e-6, "histories": histories });
+            },
+            &["analyses.transient.histories.further.0.lateral", "expected normal_load"],
+        ),
+        (
+            |job| {
+                job["analyses"]["sweep"] =
+                    json!({ "keys": { "contacts.0.friction": [0.1] }, "cycles": { "along": "x" } })
+            },
+            &["analyses.sweep.cycles.along"],
         ),
         (
             |job| job["analyses"]["stability"]["full"] = json!({ "max_frequency": 5000 }),
@@ -266,10 +474,6 @@ fn what_a_disc_between_pads_has_not_is_refused() {
         ),
         (|job| job["analyses"]["stability"]["state"] = json!("steady"), &["analyses.stability.state", "sliding"]),
         (|job| job["analyses"]["stability"]["contact"] = json!("point"), &["analyses.stability.contact"]),
-        (
-            |job| job["analyses"]["sweep"] = json!({ "keys": { "contacts.0.friction": [0.1] }, "cycles": {} }),
-            &["analyses.sweep.cycles", "leave it out"],
-        ),
         (|job| job["bodies"]["disc"]["rotation"] = json!(2e4), &["bodies.disc.rotation 20000 rad/s", "at most 0.3"]),
         (|job| job["bodies"]["disc"]["rotation"] = json!("rolling"), &["bodies.disc.rotation", "rad/s"]),
         (|job| job["bodies"]["disc"]["fixed"] = json!([]), &["bodies.disc.fixed", "clamp its bore"]),

@@ -22,7 +22,7 @@ const PHASES: usize = 24;
 /// True if the motion of cycles is written.
 pub fn is_shown(job: &Job) -> bool {
     let wanted = job.analyses.cycles.as_ref().is_some_and(|c| c.every.is_some());
-    wanted && (job.output.swept_modes == Some(true) || (job.output.fields && !job.by_matrices()))
+    wanted && (job.output.swept_modes == Some(true) || (job.output.fields && !job.is_reduced_anew()))
 }
 
 /// Collective: writes `FILE.cycles.vtkhdf` with the cycles that have a period in the tables.

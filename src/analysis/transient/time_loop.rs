@@ -3,6 +3,7 @@
 use super::sound::Sound;
 use super::transient_summary::StepHistory;
 use super::Inputs;
+use crate::job::Body;
 use crate::output::datasets::checkpoint;
 use crate::output::datasets::points::Points;
 use crate::output::datasets::record::Recorder;
@@ -51,7 +52,16 @@ impl TimeLoop<'_, '_> {
         let (root, segments) = (inputs.model.root()?, inputs.segments()?);
         let wanted = inputs.wanted;
         let total = wanted.steps();
-        if begun.is_some_and(|begun| begun != identity.as_str()) {
+        let changed = begun.is_some_and(|begun| begun != identity.as_str());
+        let found_again = |body: &Body| body.matrices.is_none();
+        if changed && inputs.job.is_disc_with_pads() && inputs.job.bodies.upper.as_ref().is_some_and(found_again) {
+            return Err(Error::Input(
+                "--resume: the modes of the pads, which are computed again, are not those that the run was begun \
+                 with; expected the number of ranks and the files of the begun run. Run it anew (--force)"
+                    .into(),
+            ));
+        }
+        if changed {
             progress.note(
                 "warning: the reduced model differs in rounding from that of the run to be continued, or a file \
                  of its roughness has changed; the results do too",

@@ -11,21 +11,25 @@ use serde::{Deserialize, Serialize};
 pub struct FaceContact {
     /// Name of the contact in messages and results.
     pub name: String,
-    /// Names of the two bodies: the disc first, a body of revolution (`mesh.revolved`), then the pad, given by
-    /// matrices.
+    /// Names of the two bodies: the disc first, a body of revolution (`mesh.revolved`), then the pads, given by
+    /// matrices or by a mesh (`mesh.file`).
     pub between: [String; 2],
     /// Group of the section of the disc that is the face, such as `side_plus`.
     pub face: String,
+    /// Group of the mesh of the pads that lies on this face; for pads by a mesh alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pad_face: Option<String>,
     /// Normal force that presses the pad on the disc, N: that of the piston.
     #[schemars(extend("exclusiveMinimum" = 0, "unit" = "N"))]
     pub normal_load: f64,
     /// Friction law: a number is Coulomb's coefficient, 0 frictionless.
     pub friction: FrictionLaw,
-    /// Cells of the face, each with a node of the pad.
+    /// Cells of the face.
     pub cells: Vec<ContactCell>,
 }
 
-/// A rectangle of the face of a disc that a node of a pad presses, evenly.
+/// A rectangle of the face of a disc that a pad presses evenly: a node of pads by matrices, the same rectangle of pads
+/// by a mesh.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct ContactCell {
@@ -38,8 +42,9 @@ pub struct ContactCell {
     /// Half its sides along the circle and along the radius, m.
     #[schemars(inner(range(min = 0.0)), extend("unit" = "m"))]
     pub half: [f64; 2],
-    /// Number of the node of the pad in the other program.
-    pub node: i64,
+    /// Number of the node of the pad in the other program; for pads by matrices alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub node: Option<i64>,
 }
 
 impl FaceContact {
@@ -60,6 +65,8 @@ impl FaceContact {
             friction_zones: Vec::new(),
             approach: None,
             vertical_load: None,
+            axle_load: None,
+            roll_moment: 0.0,
             lateral_force: None,
             torque: None,
             places: Default::default(),
@@ -179,7 +186,7 @@ impl Job {
             if contact.between != [disc.clone(), pads.clone()] {
                 faults.push(format!(
                     "contacts.{i}.between: found {:?}, expected {:?} as in contacts.0: one disc and one body of pads; \
-                     several pads may be one body, whose matrices have them all",
+                     several pads may be one body, whose matrices or mesh have them all",
                     contact.between,
                     [disc, pads]
                 ));

@@ -244,6 +244,12 @@ impl Job {
         self.bodies().iter().any(|(_, b)| b.matrices.is_some())
     }
 
+    /// Returns whether the bodies are reduced anew in each run, and have no fields on meshes: those given by matrices,
+    /// and a disc with its pads.
+    pub(crate) fn is_reduced_anew(&self) -> bool {
+        self.by_matrices() || self.is_disc_with_pads()
+    }
+
     /// Returns whether a body is swept from a section.
     pub(crate) fn is_swept(&self) -> bool {
         self.bodies().iter().any(|(_, b)| matches!(b.mesh, Some(MeshSource::Revolved(_) | MeshSource::Extruded(_))))

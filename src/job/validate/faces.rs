@@ -1,7 +1,8 @@
 //! Rules of a disc that turns between pads that do not (`contacts`).
 
 use super::super::model::*;
-use super::analyses::check_uncertainty;
+use super::super::transient::{StartState, Transient, TransientModel};
+use super::analyses::{check_cycles, check_transient, check_uncertainty};
 use std::f64::consts::TAU;
 
 /// Part of a cell by which cells beside each other may overlap by rounding.
@@ -11,7 +12,7 @@ const ROUNDING: f64 = 1e-9;
 pub fn check(job: &Job, faults: &mut Vec<String>) {
     if let (Some(disc), Some(pads)) = (&job.bodies.lower, &job.bodies.upper) {
         check_disc(disc, faults);
-        check_pads(pads, faults);
+        check_pads(job, pads, faults);
     }
     for (i, contact) in job.contacts.iter().enumerate() {
         check_cells(&job.contacts[..i], i, contact, faults);
@@ -58,13 +59,20 @@ fn check_disc(disc: &Body, faults: &mut Vec<String>) {
 }
 
 /// Adds the faults of the pads.
-fn check_pads(pads: &Body, faults: &mut Vec<String>) {
+fn check_pads(job: &Job, pads: &Body, faults: &mut Vec<String>) {
     let path = "bodies.upper";
     let Some(matrices) = &pads.matrices else {
-        return faults.push(format!(
-            "{path}.matrices: missing; pads are given by the matrices of another program so far (stiffness, mass)"
-        ));
+        return check_meshed_pads(job, pads, faults);
     };
+    for (i, contact) in job.contacts.iter().enumerate() {
+        if contact.pad_face.is_some() {
+            faults
+                .push(format!("contacts.{i}.pad_face: for pads by a mesh; pads by matrices have nodes; leave it out"));
+        }
+        for (k, _) in contact.cells.iter().enumerate().filter(|(_, cell)| cell.node.is_none()) {
+            faults.push(format!("contacts.{i}.cells.{k}.node: missing; expected the node of the pads that presses it"));
+        }
+    }
     if !matrices.contacts.is_empty() {
         faults.push(format!(
             "{path}.matrices.contacts: given beside the key contacts of the job, from whose cells they follow (node, \
@@ -73,6 +81,40 @@ fn check_pads(pads: &Body, faults: &mut Vec<String>) {
     }
     if pads.modes.is_some() {
         faults.push(format!("{path}.modes: measured modes are not for pads by matrices; leave them out"));
+    }
+}
+
+/// Adds the faults of pads by a mesh.
+fn check_meshed_pads(job: &Job, pads: &Body, faults: &mut Vec<String>) {
+    let path = "bodies.upper";
+    if !matches!(pads.mesh, Some(MeshSource::File(_))) {
+        faults.push(format!(
+            "{path}: expected pads by the matrices of another program (matrices) or by the file of a mesh (mesh.file)"
+        ));
+    }
+    if pads.profile.is_some() {
+        faults.push(format!("{path}.profile: only for a wheel or a rail; leave it out"));
+    }
+    if pads.rotates() {
+        faults.push(format!("{path}.rotation: pads do not turn; leave it out"));
+    }
+    if pads.modes.is_some() {
+        faults.push(format!("{path}.modes: measured modes are not for pads so far; leave them out"));
+    }
+    if !pads.is_held() {
+        faults.push(format!(
+            "{path}.supports: nothing holds the pads; give the groups of their backs springs, or clamp them (fixed)"
+        ));
+    }
+    for (i, contact) in job.contacts.iter().enumerate() {
+        if contact.pad_face.as_ref().is_none_or(|group| group.trim().is_empty()) {
+            faults.push(format!(
+                "contacts.{i}.pad_face: missing; expected the group of the mesh of the pads that lies on this face"
+            ));
+        }
+        for (k, _) in contact.cells.iter().enumerate().filter(|(_, cell)| cell.node.is_some()) {
+            faults.push(format!("contacts.{i}.cells.{k}.node: for pads by matrices; leave it out"));
+        }
     }
 }
 
@@ -99,8 +141,8 @@ fn check_cells(before: &[FaceContact], number: usize, contact: &FaceContact, fau
             ));
         }
         let earlier = || before.iter().flat_map(|other| &other.cells).chain(&contact.cells[..i]);
-        if earlier().any(|other| other.node == cell.node) {
-            faults.push(format!("{path}.node: found {} twice, expected a node of its own for each cell", cell.node));
+        if let Some(node) = cell.node.filter(|_| earlier().any(|other| other.node == cell.node)) {
+            faults.push(format!("{path}.node: found {node} twice, expected a node of its own for each cell"));
         }
         let beside = before.iter().filter(on_face).flat_map(|other| &other.cells).chain(&contact.cells[..i]);
         if beside.into_iter().any(|other| overlap(cell, other)) {
@@ -123,8 +165,36 @@ fn overlap(one: &ContactCell, other: &ContactCell) -> bool {
     across < both[1] && along < both[0] && apart < 0.25 * TAU
 }
 
+/// Adds the faults of what the steps in time do not do for a disc between pads.
+fn check_steps(transient: &Transient, faults: &mut Vec<String>) {
+    let path = "analyses.transient";
+    let not_so_far = [
+        (
+            "model",
+            transient.model == TransientModel::Full,
+            "the full system does not carry a disc past its pads so far",
+        ),
+        ("start.state", transient.start.state == Some(StartState::Steady), "pads slide everywhere (\"sliding\")"),
+        ("body_stride", transient.body_stride > 0, "pads have no fields"),
+        ("points", !transient.points.is_empty(), "pads have no fields"),
+        ("sound_power", transient.sound_power.is_some(), "the sound of a brake is not computed so far"),
+    ];
+    for (key, _, why) in not_so_far.into_iter().filter(|(_, is, _)| *is) {
+        faults.push(format!("{path}.{key}: not for the contacts of a disc with pads: {why}; leave it out"));
+    }
+    let histories = transient.histories.as_ref().map(|histories| histories.all()).unwrap_or_default();
+    for (path, of) in histories {
+        let moved = [("approach", of.approach), ("longitudinal", of.longitudinal), ("lateral", of.lateral)];
+        for (key, _) in moved.into_iter().chain([("spin", of.spin)]).filter(|(_, table)| table.is_some()) {
+            faults.push(format!(
+                "{path}.{key}: a pad is pressed by a force and slides by the rotation of the disc; expected normal_load"
+            ));
+        }
+    }
+}
+
 /// Analyses of a disc between pads.
-const COMPUTED: [&str; 5] = ["modes", "stability", "receptance", "sweep", "uncertainty"];
+const COMPUTED: [&str; 6] = ["modes", "stability", "transient", "receptance", "sweep", "uncertainty"];
 
 /// Adds the faults of the analyses: what is computed of a disc between pads, and what is not so far.
 fn check_analyses(job: &Job, faults: &mut Vec<String>) {
@@ -141,16 +211,22 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
     if let Some(Err(fault)) = analyses.receptance.as_ref().map(|receptance| receptance.frequency.numbers()) {
         faults.push(format!("analyses.receptance.frequency: {fault}"));
     }
+    let followed = [
+        ("sweep", analyses.sweep.as_ref().and_then(|sweep| sweep.cycles.as_ref()?.sound_power.as_ref())),
+        ("uncertainty", analyses.uncertainty.as_ref().and_then(|wanted| wanted.cycles.as_ref()?.sound_power.as_ref())),
+    ];
+    for (name, _) in followed.into_iter().filter(|(_, sound)| sound.is_some()) {
+        faults.push(format!(
+            "analyses.{name}.cycles.sound_power: not for the contacts of a disc with pads: the sound of a brake is not \
+             computed so far; leave it out"
+        ));
+    }
+    if let Some(transient) = &analyses.transient {
+        check_transient(job, transient, ("analyses.transient", faults));
+        check_steps(transient, faults);
+    }
     if let Some(wanted) = &analyses.uncertainty {
-        let alone = Uncertainty { cycles: None, ..wanted.clone() };
-        check_uncertainty(job, &alone, faults);
-        if wanted.cycles.is_some() {
-            faults.push(
-                "analyses.uncertainty.cycles: limit cycles are not followed for the contacts of a disc with pads so \
-                 far; leave it out"
-                    .into(),
-            );
-        }
+        check_uncertainty(job, wanted, faults);
     }
     match &analyses.modes {
         Some(modes) if modes.count.is_some() == modes.max_frequency.is_some() => {
@@ -165,13 +241,7 @@ fn check_analyses(job: &Job, faults: &mut Vec<String>) {
         if analyses.stability.is_none() {
             faults.push("analyses.stability: missing; analyses.sweep computes it at every point, e.g. {}".into());
         }
-        if sweep.cycles.is_some() {
-            faults.push(
-                "analyses.sweep.cycles: limit cycles are not followed for the contacts of a disc with pads so far; \
-                 leave it out"
-                    .into(),
-            );
-        }
+        check_cycles(job, sweep, faults);
     }
     let Some(stability) = &analyses.stability else { return };
     let of_a_patch = [
